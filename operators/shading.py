@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The EEVEE shading alone: hook it into materials, or restore them."""
+
+from __future__ import annotations
+
+import bpy
+
+from ..prt_addon.scene import gather, shading
+from .reporting import reports_errors
+
+
+class PRT_OT_add_shading(bpy.types.Operator):
+    """Relight the selected meshes' materials in EEVEE, beside their own nodes, which Cycles keeps rendering"""
+
+    bl_idname = "prt.add_shading"
+    bl_label = "Add Shading"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @reports_errors
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        objects = gather.objects_to_bake(context)
+        shading.check_materials(objects)
+        for warning in shading.add_shading(objects):
+            self.report({"WARNING"}, warning)
+        return {"FINISHED"}
+
+
+class PRT_OT_remove_shading(bpy.types.Operator):
+    """Restore the selected meshes' materials to what they were; the baked transport stays"""
+
+    bl_idname = "prt.remove_shading"
+    bl_label = "Remove Shading"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @reports_errors
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        shading.remove_shading(gather.objects_to_bake(context))
+        return {"FINISHED"}
+
+
+CLASSES = (PRT_OT_add_shading, PRT_OT_remove_shading)

@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Pictures of the sky to SH light."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from . import sh
+from .errors import LightError
+
+Array = npt.NDArray[np.float64]
+
+_ROWS_AT_A_TIME = 64  # float64 copies stay small whatever the picture's size
+
+
+def equirect_directions(width: int, height: int) -> Array:
+    """(height, width, 3) unit directions of texel centres, row 0 at the bottom, as Blender maps them.
+
+    Blender: `u = 0.5 - atan2(y, x) / 2pi`, `v = 0.5 + asin(z) / pi`.
+    """
+    azimuth, elevation = _azimuths(width), _elevations(height)
+    ring = np.cos(elevation)[:, None]
+    return np.stack(
+        [
+            ring * np.cos(azimuth),
+            ring * np.sin(azimuth),
+            np.broadcast_to(np.sin(elevation)[:, None], (height, width)),
+        ],
+        axis=-1,
+    )
+
+
+def _azimuths(width: int) -> Array:
+    return 2.0 * np.pi * (0.5 - (np.arange(width) + 0.5) / width)
+
+
+def _elevations(height: int) -> Array:
+    return np.pi * ((np.arange(height) + 0.5) / height - 0.5)
+
+
+def row_solid_angles(width: int, height: int) -> Array:
+    """(height,) exact solid angle of one texel in each row; all texels sum to 4pi."""
+    edges = np.sin(np.pi * (np.arange(height + 1) / height - 0.5))
+    return np.diff(edges) * (2.0 * np.pi / width)
+
+
+def project_equirect(pixels: npt.NDArray[np.floating], order: int = sh.ORDER) -> Array:
+    """Project an equirectangular picture, every texel, onto spherical harmonics.
+
+    A row shares its polar functions, so the azimuth is one matrix product per row and the cost per texel is
+    `2 * order + 1` multiply-adds per channel. Sums are float64: in float32 they drift by percents on large pictures.
+
+    Args:
+        pixels: (height, width, 3) linear radiance, row 0 at the bottom (Blender's order).
+        order: highest band.
+
+    Returns:
+        ((order + 1)**2, 3) float64, `L_i = sum L(w) Y_i(w) dw`.
+
+    Raises:
+        LightError: if the picture is empty or holds NaN or infinite texels.
+    """
+    height, width = pixels.shape[:2]
+    if not height or not width:
+        raise LightError("The sky picture is empty: load one that has pixels.")
+    azimuth = _azimuths(width)
+    waves = np.stack([np.cos(m * azimuth) for m in range(order + 1)] + [np.sin(m * azimuth) for m in range(order + 1)])
+    elevation = _elevations(height)
+    polar = sh.legendre(np.sin(elevation), order)
+    ring = np.cos(elevation)
+    weight = row_solid_angles(width, height)
+    light = np.zeros((sh.coefficient_count(order), 3))
+    for first in range(0, height, _ROWS_AT_A_TIME):
+        rows = slice(first, first + _ROWS_AT_A_TIME)
+        texels = pixels[rows].astype(np.float64)
+        moments = np.einsum("mw,hwc->mhc", waves, texels, optimize=True)
+        if not np.isfinite(moments).all():
+            raise LightError("The sky picture holds NaN or infinite texels: repair it in the compositor and load it again.")
+        for (band, m), legendre in polar.items():
+            row_weight = legendre[rows] * ring[rows] ** m * weight[rows]
+            centre = band * (band + 1)
+            light[centre + m] += row_weight @ moments[m]
+            if m:
+                light[centre - m] += row_weight @ moments[order + 1 + m]
+    return light
+
+
+def srgb_to_linear(encoded: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+    """The sRGB transfer function of IEC 61966-2-1, decoded; values in [0, 1]."""
+    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4).astype(np.float32)

@@ -1,0 +1,22 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What can go wrong, as exceptions whose message is one sentence for the person at the desk."""
+
+
+class PRTError(Exception):
+    """Base of every error that is the input's, not the program's; the message says what to do."""
+
+
+class MeshError(PRTError):
+    """A mesh that cannot be baked as it is."""
+
+
+class LightError(PRTError):
+    """A world or picture that cannot become an SH light as it is."""
+
+
+class RayCasterMissing(PRTError):
+    """embreex, the ray caster, is not installed for this Python or platform."""
+
+
+class Cancelled(PRTError):
+    """The person asked to stop; nothing was written."""

@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Chunks of work on a thread pool, with progress, and a stop that takes effect within a chunk."""
+
+from __future__ import annotations
+
+import os
+from collections import deque
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+
+Progress = Callable[[int], None]
+"""Called in the baking thread with the number of rays done since the last call; may raise Cancelled."""
+
+
+def ignore_progress(_rays: int) -> None:
+    """The progress of someone who does not watch."""
+
+
+def run_chunks(
+    count: int,
+    chunk: int,
+    work: Callable[[slice], int],
+    progress: Progress = ignore_progress,
+    threads: int | None = None,
+) -> None:
+    """Run `work` over slices that cover range(count).
+
+    Chunks write to places of their own, so the result does not depend on their size, order or thread. The ray
+    caster and NumPy release the GIL: threads scale.
+
+    Args:
+        count: number of items.
+        chunk: items per call.
+        work: called with a slice, in any thread; returns the rays it cast, which `progress` is told.
+        progress: called in this thread; what it raises stops the work and comes out here.
+        threads: pool size; all cores if None.
+    """
+    workers = threads or os.cpu_count() or 1
+    starts = iter(range(0, count, chunk))
+    pending: deque[Future[int]] = deque()
+    with ThreadPoolExecutor(workers, thread_name_prefix="prt-bake") as pool:
+
+        def submit_next() -> None:
+            for start in starts:
+                pending.append(pool.submit(work, slice(start, min(start + chunk, count))))
+                return
+
+        for _ in range(2 * workers):  # enough to keep the pool fed, few enough to stop soon
+            submit_next()
+        try:
+            while pending:
+                progress(pending.popleft().result())
+                submit_next()
+        finally:
+            for future in pending:
+                future.cancel()

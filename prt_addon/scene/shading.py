@@ -1,0 +1,187 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Hooking the relight group into materials, beside the user's own nodes, and taking it out again.
+
+The group feeds a Material Output whose target is EEVEE. The user's own output, links and nodes are not touched:
+Cycles still renders them, and removing our two nodes restores the material.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+import bpy
+
+from ..core.errors import MeshError
+from .nodes import feeding_socket, upstream
+from .relight_group import is_relight_group, relight_group
+from .transport_layers import is_baked
+
+OUTPUT = "PRT Output"
+MADE = "prt_made"
+"""Custom property of a material that we made for an object that had none."""
+_WAS_ACTIVE = "prt_was_active"
+_HAD_NO_NODES = "prt_had_no_nodes"
+_SLOT_ADDED = "prt_slot_added"
+
+_DIFFUSE_INPUT = {
+    "ShaderNodeBsdfPrincipled": "Base Color",
+    "ShaderNodeBsdfDiffuse": "Color",
+    "ShaderNodeEeveeSpecular": "Base Color",
+    "ShaderNodeSubsurfaceScattering": "Color",
+}
+
+
+def materials_of(objects: Iterable[bpy.types.Object]) -> list[bpy.types.Material]:
+    """All materials in the objects' slots, each once, in order."""
+    found = {slot.material: None for ob in objects for slot in ob.material_slots if slot.material}
+    return list(found)
+
+
+def check_materials(objects: Iterable[bpy.types.Object]) -> None:
+    """Raises MeshError for the first material that cannot be changed."""
+    for material in materials_of(objects):
+        if not material.is_editable:
+            raise MeshError(f"Material '{material.name}' is linked from a library: make it local, then add the shading.")
+
+
+def add_shading(objects: Iterable[bpy.types.Object]) -> list[str]:
+    """Relight every material of the objects in EEVEE; objects or slots without a material get one.
+
+    Returns:
+        Warnings, one sentence each.
+    """
+    objects = list(objects)
+    for ob in objects:
+        _fill_empty_slots(ob)
+    warnings = []
+    for material in materials_of(objects):
+        remove_from_material(material)
+        if not _add_to_material(material):
+            warnings.append(
+                f"Material '{material.name}' has no Principled or Diffuse BSDF whose colour could be used: it is relit in grey."
+            )
+    return warnings
+
+
+def remove_shading(objects: Iterable[bpy.types.Object]) -> bool:
+    """Restore the objects' materials, save those that other baked objects still show; True if any was ours."""
+    objects = list(objects)
+    rest = {ob for ob in bpy.data.objects if ob.type == "MESH" and ob not in objects and is_baked(ob.data)}
+    still_used = set(materials_of(rest))
+    removed = False
+    for material in materials_of(objects):
+        if material not in still_used:
+            removed |= remove_from_material(material)
+    for ob in objects:
+        _empty_made_slots(ob)
+    return removed
+
+
+def our_nodes(tree: bpy.types.NodeTree | None) -> Iterator[bpy.types.Node]:
+    """The nodes we added to a material's tree."""
+    for node in tree.nodes if tree else ():
+        if node.bl_idname == "ShaderNodeGroup" and is_relight_group(node.node_tree):
+            yield node
+        elif node.bl_idname == "ShaderNodeOutputMaterial" and _WAS_ACTIVE in node:
+            yield node
+
+
+def remove_from_material(material: bpy.types.Material) -> bool:
+    """Take our nodes out of a material and restore which output was active; True if there were any."""
+    tree = material.node_tree
+    ours = list(our_nodes(tree))
+    was_active = next((node[_WAS_ACTIVE] for node in ours if _WAS_ACTIVE in node), "")
+    for node in ours:
+        tree.nodes.remove(node)
+    if was_active in (tree.nodes if tree else ()):
+        tree.nodes[was_active].is_active_output = True
+    if material.get(_HAD_NO_NODES):
+        material.use_nodes = False
+        del material[_HAD_NO_NODES]
+    return bool(ours)
+
+
+def _add_to_material(material: bpy.types.Material) -> bool:
+    colour: object = None
+    if not material.use_nodes:
+        material[_HAD_NO_NODES] = True
+        colour = tuple(material.diffuse_color)
+        material.use_nodes = True
+    tree = material.node_tree
+    output = tree.get_output_node("EEVEE")
+    albedo = None if colour else _albedo_input(output)
+
+    group = tree.nodes.new("ShaderNodeGroup")
+    group.node_tree, group.name, group.label, group.width = relight_group(), "PRT Relight", "PRT Relight", 200.0
+    ours = tree.nodes.new("ShaderNodeOutputMaterial")
+    ours.target, ours.name, ours.label = "EEVEE", OUTPUT, "PRT (EEVEE)"
+    ours[_WAS_ACTIVE] = output.name if output and output.target == "EEVEE" else ""
+    tree.links.new(group.outputs["Surface"], ours.inputs["Surface"])
+    if output:
+        _share_links(tree, output, ours, group)
+    if albedo:
+        source = feeding_socket(albedo)
+        if source:
+            tree.links.new(source, group.inputs["Base Color"])
+        else:
+            colour = tuple(albedo.default_value)
+    if colour:
+        group.inputs["Base Color"].default_value = colour
+    for node in (group, ours):
+        node.select = False
+    ours.is_active_output = True
+    return albedo is not None or colour is not None
+
+
+def _albedo_input(output: bpy.types.Node | None) -> bpy.types.NodeSocket | None:
+    """The colour input of the diffuse-like shader nearest to the output."""
+    for node in upstream(output) if output else ():
+        if node.bl_idname in _DIFFUSE_INPUT:
+            return node.inputs[_DIFFUSE_INPUT[node.bl_idname]]
+    return None
+
+
+def _share_links(
+    tree: bpy.types.NodeTree, output: bpy.types.Node, ours: bpy.types.Node, group: bpy.types.Node
+) -> None:
+    """Feed the user's surface to unbaked meshes, and the user's displacement and volume to our output."""
+    group.location = (output.location.x, output.location.y - 260.0)
+    ours.location = (output.location.x + 240.0, output.location.y - 260.0)
+    for entry in output.inputs:
+        source = feeding_socket(entry)
+        if source:
+            tree.links.new(source, group.inputs["Unbaked"] if entry.name == "Surface" else ours.inputs[entry.name])
+
+
+def _fill_empty_slots(ob: bpy.types.Object) -> None:
+    if not ob.material_slots:
+        ob.data.materials.append(_made_material())
+        ob.data[_SLOT_ADDED] = True
+    for slot in ob.material_slots:
+        if slot.material is None:
+            slot.material = _made_material()
+
+
+def _made_material() -> bpy.types.Material:
+    """The plain material for objects that have none; grey like Blender's own default."""
+    for material in bpy.data.materials:
+        if material.get(MADE) and material.library is None:
+            return material
+    material = bpy.data.materials.new("PRT Default")
+    material.use_nodes = True
+    material[MADE] = True
+    return material
+
+
+def _empty_made_slots(ob: bpy.types.Object) -> None:
+    for index in reversed(range(len(ob.material_slots))):
+        material = ob.material_slots[index].material
+        if material is None or not material.get(MADE) or any(our_nodes(material.node_tree)):
+            continue
+        if ob.data.get(_SLOT_ADDED):
+            ob.data.materials.pop(index=index)
+            del ob.data[_SLOT_ADDED]
+        else:
+            ob.material_slots[index].material = None
+        if not material.users:
+            bpy.data.materials.remove(material)

@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blender as a Python module, with this checkout enabled in it as the real extension.
+
+Import this before `bpy`: it gives the process a profile of its own, so that the user's preferences and extensions
+neither help nor hinder.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import tempfile
+from pathlib import Path
+
+CHECKOUT = Path(__file__).resolve().parent.parent
+PACKAGE = "bl_ext.dev.prt_relight"
+
+_profile = tempfile.TemporaryDirectory(prefix="prt-profile-", ignore_cleanup_errors=True)
+os.environ["BLENDER_USER_RESOURCES"] = _profile.name
+
+try:
+    import bpy
+except ImportError as error:
+    sys.exit(
+        f"bpy cannot be imported: {error}\nOn Debian and Ubuntu its libraries come with: apt-get install "
+        "libx11-6 libxi6 libxxf86vm1 libxfixes3 libxrender1 libxkbcommon0 libsm6 libice6 libgl1 libegl1 "
+        "libgl1-mesa-dri"
+    )
+import addon_utils
+
+
+def enable_extension() -> None:
+    """Enable the checkout under its extension name, as Blender does with an installed one."""
+    folder = Path(_profile.name) / "dev"
+    folder.mkdir()
+    (folder / "prt_relight").symlink_to(CHECKOUT, target_is_directory=True)
+    bpy.context.preferences.extensions.repos.new(
+        name="dev", module="dev", custom_directory=str(folder), source="USER"
+    )
+    if addon_utils.enable(PACKAGE, default_set=True) is None:
+        raise RuntimeError(f"Blender {bpy.app.version_string} refused to enable the extension {PACKAGE}")
+
+
+def disable_extension() -> None:
+    """Disable it again: handlers and timers left at exit can hang the module."""
+    addon_utils.disable(PACKAGE, default_set=True)
+
+
+def eevee_engine() -> str:
+    """EEVEE's engine identifier in this Blender."""
+    return "BLENDER_EEVEE_NEXT" if bpy.app.version < (5, 0, 0) else "BLENDER_EEVEE"
+
+
+def studio_hdri(name: str) -> Path:
+    """One of the photographic HDRIs that Blender ships: city, courtyard, forest, interior, night, studio, ..."""
+    return Path(bpy.utils.system_resource("DATAFILES", path="studiolights/world")) / f"{name}.exr"
