@@ -188,4 +188,3 @@ def _progress_bar(total: int) -> Any:
 
 
 CLASSES = (PRT_OT_bake, PRT_OT_cancel)
-

@@ -20,7 +20,9 @@ class PRT_OT_project_light(bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         environment = sky.read_sky(context.scene)
         light.write_light(environment, light.picture_light(environment))
-        self.report({"INFO"}, f"Projected '{environment.image.name}' into the light of world '{environment.world.name}'.")
+        self.report(
+            {"INFO"}, f"Projected '{environment.image.name}' into the light of world '{environment.world.name}'."
+        )
         return {"FINISHED"}
 
 

@@ -10,6 +10,8 @@ from __future__ import annotations
 import os
 import sys
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 CHECKOUT = Path(__file__).resolve().parent.parent
@@ -26,7 +28,7 @@ except ImportError as error:
         "libx11-6 libxi6 libxxf86vm1 libxfixes3 libxrender1 libxkbcommon0 libsm6 libice6 libgl1 libegl1 "
         "libgl1-mesa-dri"
     )
-import addon_utils
+import addon_utils  # noqa: E402 - it comes with bpy
 
 
 def enable_extension() -> None:
@@ -34,9 +36,12 @@ def enable_extension() -> None:
     folder = Path(_profile.name) / "dev"
     folder.mkdir()
     (folder / "prt_relight").symlink_to(CHECKOUT, target_is_directory=True)
-    bpy.context.preferences.extensions.repos.new(
-        name="dev", module="dev", custom_directory=str(folder), source="USER"
-    )
+    bpy.context.preferences.extensions.repos.new(name="dev", module="dev", custom_directory=str(folder), source="USER")
+    reenable_extension()
+
+
+def reenable_extension() -> None:
+    """Enable the linked checkout."""
     if addon_utils.enable(PACKAGE, default_set=True) is None:
         raise RuntimeError(f"Blender {bpy.app.version_string} refused to enable the extension {PACKAGE}")
 
@@ -54,3 +59,18 @@ def eevee_engine() -> str:
 def studio_hdri(name: str) -> Path:
     """One of the photographic HDRIs that Blender ships: city, courtyard, forest, interior, night, studio, ..."""
     return Path(bpy.utils.system_resource("DATAFILES", path="studiolights/world")) / f"{name}.exr"
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Hide what Blender's C code writes to the terminal: a line per tile would bury the progress."""
+    sys.stdout.flush()
+    saved = os.dup(1)
+    with open(os.devnull, "w") as nowhere:
+        os.dup2(nowhere.fileno(), 1)
+        try:
+            yield
+        finally:
+            sys.stdout.flush()
+            os.dup2(saved, 1)
+            os.close(saved)

@@ -45,7 +45,7 @@ def row_solid_angles(width: int, height: int) -> Array:
     return np.diff(edges) * (2.0 * np.pi / width)
 
 
-def project_equirect(pixels: npt.NDArray[np.floating], order: int = sh.ORDER) -> Array:
+def project_equirect(pixels: npt.NDArray[np.float32] | Array, order: int = sh.ORDER) -> Array:
     """Project an equirectangular picture, every texel, onto spherical harmonics.
 
     A row shares its polar functions, so the azimuth is one matrix product per row and the cost per texel is
@@ -64,26 +64,46 @@ def project_equirect(pixels: npt.NDArray[np.floating], order: int = sh.ORDER) ->
     height, width = pixels.shape[:2]
     if not height or not width:
         raise LightError("The sky picture is empty: load one that has pixels.")
-    azimuth = _azimuths(width)
-    waves = np.stack([np.cos(m * azimuth) for m in range(order + 1)] + [np.sin(m * azimuth) for m in range(order + 1)])
-    elevation = _elevations(height)
-    polar = sh.legendre(np.sin(elevation), order)
-    ring = np.cos(elevation)
-    weight = row_solid_angles(width, height)
+    azimuthal, polar = _azimuthal_integrals(width, order), _polar_integrals(height, order)
     light = np.zeros((sh.coefficient_count(order), 3))
     for first in range(0, height, _ROWS_AT_A_TIME):
         rows = slice(first, first + _ROWS_AT_A_TIME)
         texels = pixels[rows].astype(np.float64)
-        moments = np.einsum("mw,hwc->mhc", waves, texels, optimize=True)
+        moments = np.einsum("mw,hwc->mhc", azimuthal, texels, optimize=True)
         if not np.isfinite(moments).all():
-            raise LightError("The sky picture holds NaN or infinite texels: repair it in the compositor and load it again.")
-        for (band, m), legendre in polar.items():
-            row_weight = legendre[rows] * ring[rows] ** m * weight[rows]
+            raise LightError(
+                "The sky picture holds NaN or infinite texels: repair it in the compositor and load it again."
+            )
+        for (band, m), weight in polar.items():
             centre = band * (band + 1)
-            light[centre + m] += row_weight @ moments[m]
+            light[centre + m] += weight[rows] @ moments[m]
             if m:
-                light[centre - m] += row_weight @ moments[order + 1 + m]
+                light[centre - m] += weight[rows] @ moments[order + m]
     return light
+
+
+def _azimuthal_integrals(width: int, order: int) -> Array:
+    """(2 order + 1, width): cos(m phi), then sin(m phi), integrated over each column."""
+    azimuth, step = _azimuths(width), 2.0 * np.pi / width
+    cosines = [np.cos(m * azimuth) * step * np.sinc(m / width) for m in range(order + 1)]
+    sines = [np.sin(m * azimuth) * step * np.sinc(m / width) for m in range(1, order + 1)]
+    return np.stack(cosines + sines)
+
+
+def _polar_integrals(height: int, order: int) -> dict[tuple[int, int], Array]:
+    """For each (l, m), the polar part of Y_lm integrated over the z of each row: (height,).
+
+    Integrated, not sampled at the texel's centre: a constant sky is then exact at any resolution. By
+    Gauss-Legendre quadrature, exact for even m, whose integrands are polynomials.
+    """
+    edges = np.sin(np.pi * (np.arange(height + 1) / height - 0.5))
+    nodes, weights = np.polynomial.legendre.leggauss(order // 2 + 2)
+    half = np.diff(edges)[:, None] / 2.0
+    z = edges[:-1, None] + half * (nodes + 1.0)
+    ring = np.sqrt(np.maximum(0.0, 1.0 - z * z))
+    return {
+        (band, m): (value * ring**m * weights * half).sum(axis=1) for (band, m), value in sh.legendre(z, order).items()
+    }
 
 
 def srgb_to_linear(encoded: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:

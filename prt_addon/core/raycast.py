@@ -60,7 +60,7 @@ class Hits:
 class RayScene:
     """Triangles to shoot at, centred and scaled to a unit sphere so that float32 has its best precision."""
 
-    def __init__(self, vertices: Float64, triangles: npt.NDArray[np.integer]) -> None:
+    def __init__(self, vertices: Float64, triangles: npt.NDArray[np.int32]) -> None:
         """
         Args:
             vertices: (V, 3) finite coordinates in any unit.

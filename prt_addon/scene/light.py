@@ -122,14 +122,14 @@ def _follow(sky: EnvironmentSky, mapping: bpy.types.Node) -> None:
     for name in TURN:
         world[name] = [0.0, 0.0, 0.0]
     world[STRENGTH] = 1.0
-    rotation = f'{_node_path(mapping)}.inputs[{_input_index(mapping, "Rotation")}].default_value'
+    rotation = f"{_node_path(mapping)}.inputs[{_input_index(mapping, 'Rotation')}].default_value"
     angles = {axis: f"{rotation}[{i}]" for i, axis in enumerate("xyz")}
     inverse = mapping.vector_type == "TEXTURE"  # this type undoes the rotation: the transposed matrix
     for column, name in enumerate(TURN):
         for row in range(3):
             expression = _EULER_MATRIX[column][row] if inverse else _EULER_MATRIX[row][column]
             _drive(world, name, row, expression, angles)
-    strength = f'{_node_path(sky.background)}.inputs[{_input_index(sky.background, "Strength")}].default_value'
+    strength = f"{_node_path(sky.background)}.inputs[{_input_index(sky.background, 'Strength')}].default_value"
     _drive(world, STRENGTH, -1, "s", {"s": strength})
 
 

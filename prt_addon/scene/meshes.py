@@ -57,7 +57,11 @@ def index_array(items: bpy.types.bpy_prop_collection, name: str, width: int = 1)
 
 def same_topology(one: bpy.types.Mesh, other: bpy.types.Mesh) -> bool:
     """Whether two meshes have the same vertices in the same faces, so that attributes fit both."""
-    if (len(one.vertices), len(one.loops), len(one.polygons)) != (len(other.vertices), len(other.loops), len(other.polygons)):
+    if (len(one.vertices), len(one.loops), len(one.polygons)) != (
+        len(other.vertices),
+        len(other.loops),
+        len(other.polygons),
+    ):
         return False
     return np.array_equal(index_array(one.loops, "vertex_index"), index_array(other.loops, "vertex_index")) and (
         np.array_equal(index_array(one.polygons, "loop_start"), index_array(other.polygons, "loop_start"))
@@ -93,7 +97,9 @@ def read_receivers(name: str, mesh: bpy.types.Mesh, matrix: Float64) -> ObjectRe
 
     corner, element_receiver = _distinct(corner_vertex, corner_normal)
     normals = corner_normal[corner]
-    inside = _pulled_into_faces(mesh, matrix, points[corner_vertex], corner_normal, element_receiver, len(corner), radius)
+    inside = _pulled_into_faces(
+        mesh, matrix, points[corner_vertex], corner_normal, element_receiver, len(corner), radius
+    )
     return ObjectReceivers(ReceiverGroup(name, inside, normals, radius), "CORNER", element_receiver)
 
 
@@ -113,7 +119,9 @@ def _distinct(vertex: Int32, normal: Float64) -> tuple[npt.NDArray[np.int64], np
     steps = np.rint(normal * (1 << 12)).astype(np.int64) + (1 << 12)
     packed = (steps[:, 0] << 28) | (steps[:, 1] << 14) | steps[:, 2]
     different, normal_id = np.unique(packed, return_inverse=True)
-    _, corner, pair = np.unique(vertex.astype(np.int64) * len(different) + normal_id, return_index=True, return_inverse=True)
+    _, corner, pair = np.unique(
+        vertex.astype(np.int64) * len(different) + normal_id, return_index=True, return_inverse=True
+    )
     return corner, pair
 
 

@@ -7,15 +7,12 @@ from math import sqrt
 
 import bpy
 
-from ..core import sh
 from .light import LIGHT, STRENGTH, TURN
 from .nodes import Graph
 from .transport_layers import LAYERS
 
 GROUP = "PRT Relight"
 GROUP_VERSION = 1
-
-Socket = bpy.types.NodeSocket
 
 
 def relight_group() -> bpy.types.NodeTree:
@@ -76,7 +73,9 @@ def _build(tree: bpy.types.NodeTree) -> None:
     graph.feed(group_output.inputs["Shading"], shown)
 
 
-def _turned_vector(graph: Graph, band: list[Socket], axes: list[Socket]) -> list[Socket]:
+def _turned_vector(
+    graph: Graph, band: list[bpy.types.NodeSocket], axes: list[bpy.types.NodeSocket]
+) -> list[bpy.types.NodeSocket]:
     """Band 1, RGB vectors in the order y, z, x, turned: component i becomes `sum_k band_k (R e_i)_k`."""
     x, y, z = band[2], band[0], band[1]
     turned = []
@@ -86,7 +85,9 @@ def _turned_vector(graph: Graph, band: list[Socket], axes: list[Socket]) -> list
     return [turned[1], turned[2], turned[0]]
 
 
-def _turned_form(graph: Graph, band: list[Socket], axes: list[Socket]) -> list[Socket]:
+def _turned_form(
+    graph: Graph, band: list[bpy.types.NodeSocket], axes: list[bpy.types.NodeSocket]
+) -> list[bpy.types.NodeSocket]:
     """Band 2 as a symmetric form Q, one RGB vector per entry, turned to R^T Q R and read back.
 
     The form is scaled by 2 / K_XY, so that its off-diagonal entries are the coefficients themselves.
@@ -104,7 +105,7 @@ def _turned_form(graph: Graph, band: list[Socket], axes: list[Socket]) -> list[S
     half = [[graph.weighted_sum(list(zip(row, column, strict=True))) for row in form] for column in columns]
     graph.column()
 
-    def entry(i: int, j: int) -> Socket:
+    def entry(i: int, j: int) -> bpy.types.NodeSocket:
         return graph.weighted_sum(list(zip(half[i], columns[j], strict=True)))
 
     difference = graph.vector("SUBTRACT", entry(0, 0), entry(1, 1))

@@ -19,7 +19,7 @@ from .transport_layers import is_baked
 OUTPUT = "PRT Output"
 MADE = "prt_made"
 """Custom property of a material that we made for an object that had none."""
-_WAS_ACTIVE = "prt_was_active"
+_WERE_ACTIVE = "prt_were_active"
 _HAD_NO_NODES = "prt_had_no_nodes"
 _SLOT_ADDED = "prt_slot_added"
 
@@ -41,7 +41,9 @@ def check_materials(objects: Iterable[bpy.types.Object]) -> None:
     """Raises MeshError for the first material that cannot be changed."""
     for material in materials_of(objects):
         if not material.is_editable:
-            raise MeshError(f"Material '{material.name}' is linked from a library: make it local, then add the shading.")
+            raise MeshError(
+                f"Material '{material.name}' is linked from a library: make it local, then add the shading."
+            )
 
 
 def add_shading(objects: Iterable[bpy.types.Object]) -> list[str]:
@@ -80,9 +82,8 @@ def remove_shading(objects: Iterable[bpy.types.Object]) -> bool:
 def our_nodes(tree: bpy.types.NodeTree | None) -> Iterator[bpy.types.Node]:
     """The nodes we added to a material's tree."""
     for node in tree.nodes if tree else ():
-        if node.bl_idname == "ShaderNodeGroup" and is_relight_group(node.node_tree):
-            yield node
-        elif node.bl_idname == "ShaderNodeOutputMaterial" and _WAS_ACTIVE in node:
+        is_group = node.bl_idname == "ShaderNodeGroup" and is_relight_group(node.node_tree)
+        if is_group or _WERE_ACTIVE in node:
             yield node
 
 
@@ -90,11 +91,12 @@ def remove_from_material(material: bpy.types.Material) -> bool:
     """Take our nodes out of a material and restore which output was active; True if there were any."""
     tree = material.node_tree
     ours = list(our_nodes(tree))
-    was_active = next((node[_WAS_ACTIVE] for node in ours if _WAS_ACTIVE in node), "")
+    were_active = {name for node in ours for name in node.get(_WERE_ACTIVE, "").split("\n")}
     for node in ours:
         tree.nodes.remove(node)
-    if was_active in (tree.nodes if tree else ()):
-        tree.nodes[was_active].is_active_output = True
+    if ours:
+        for output in _outputs(tree):
+            output.is_active_output = output.name in were_active
     if material.get(_HAD_NO_NODES):
         material.use_nodes = False
         del material[_HAD_NO_NODES]
@@ -113,9 +115,10 @@ def _add_to_material(material: bpy.types.Material) -> bool:
 
     group = tree.nodes.new("ShaderNodeGroup")
     group.node_tree, group.name, group.label, group.width = relight_group(), "PRT Relight", "PRT Relight", 200.0
+    active = [node.name for node in _outputs(tree) if node.is_active_output]
     ours = tree.nodes.new("ShaderNodeOutputMaterial")
     ours.target, ours.name, ours.label = "EEVEE", OUTPUT, "PRT (EEVEE)"
-    ours[_WAS_ACTIVE] = output.name if output and output.target == "EEVEE" else ""
+    ours[_WERE_ACTIVE] = "\n".join(active)
     tree.links.new(group.outputs["Surface"], ours.inputs["Surface"])
     if output:
         _share_links(tree, output, ours, group)
@@ -133,6 +136,10 @@ def _add_to_material(material: bpy.types.Material) -> bool:
     return albedo is not None or colour is not None
 
 
+def _outputs(tree: bpy.types.NodeTree) -> list[bpy.types.Node]:
+    return [node for node in tree.nodes if node.bl_idname == "ShaderNodeOutputMaterial"]
+
+
 def _albedo_input(output: bpy.types.Node | None) -> bpy.types.NodeSocket | None:
     """The colour input of the diffuse-like shader nearest to the output."""
     for node in upstream(output) if output else ():
@@ -141,9 +148,7 @@ def _albedo_input(output: bpy.types.Node | None) -> bpy.types.NodeSocket | None:
     return None
 
 
-def _share_links(
-    tree: bpy.types.NodeTree, output: bpy.types.Node, ours: bpy.types.Node, group: bpy.types.Node
-) -> None:
+def _share_links(tree: bpy.types.NodeTree, output: bpy.types.Node, ours: bpy.types.Node, group: bpy.types.Node) -> None:
     """Feed the user's surface to unbaked meshes, and the user's displacement and volume to our output."""
     group.location = (output.location.x, output.location.y - 260.0)
     ours.location = (output.location.x + 240.0, output.location.y - 260.0)

@@ -48,9 +48,13 @@ def read_sky(scene: bpy.types.Scene) -> EnvironmentSky:
     if texture.image is None:
         raise LightError(f"The Environment Texture of world '{world.name}' has no image: open an HDRI in it.")
     if texture.projection != "EQUIRECTANGULAR":
-        raise LightError(f"The Environment Texture of world '{world.name}' is a mirror ball: use an equirectangular image.")
+        raise LightError(
+            f"The Environment Texture of world '{world.name}' is a mirror ball: use an equirectangular image."
+        )
     if feeding_socket(background.inputs["Strength"]) is not None:
-        raise LightError(f"The Background's Strength in world '{world.name}' is fed by a node: unlink it and set a number.")
+        raise LightError(
+            f"The Background's Strength in world '{world.name}' is fed by a node: unlink it and set a number."
+        )
     return EnvironmentSky(world, background, texture, _mapping(world, texture))
 
 
@@ -92,12 +96,16 @@ def _mapping(world: bpy.types.World, texture: bpy.types.Node) -> bpy.types.Node 
 def _check_only_turns(world: bpy.types.World, mapping: bpy.types.Node) -> None:
     inputs = [mapping.inputs[name] for name in ("Location", "Rotation", "Scale") if name in mapping.inputs]
     if any(entry.is_linked for entry in inputs):
-        raise LightError(f"The Mapping node of world '{world.name}' is fed by nodes: unlink it and set or keyframe numbers.")
+        raise LightError(
+            f"The Mapping node of world '{world.name}' is fed by nodes: unlink it and set or keyframe numbers."
+        )
     rests = {"Location": (0.0, 0.0, 0.0), "Scale": (1.0, 1.0, 1.0)}
     for name, rest in rests.items():
         unused = name == "Location" and mapping.vector_type in {"VECTOR", "NORMAL"}
         if not unused and not np.allclose(mapping.inputs[name].default_value, rest, atol=1e-6):
-            raise LightError(f"The Mapping node of world '{world.name}' changes {name}: reset it, as an SH light can only turn.")
+            raise LightError(
+                f"The Mapping node of world '{world.name}' changes {name}: reset it, as an SH light can only turn."
+            )
 
 
 def linear_pixels(image: bpy.types.Image) -> npt.NDArray[np.float32]:
@@ -112,7 +120,9 @@ def linear_pixels(image: bpy.types.Image) -> npt.NDArray[np.float32]:
         raise LightError(f"Image '{image.name}' is a {image.source.lower()} image: use a single picture as the sky.")
     width, height = image.size  # reading the size loads the file
     if not width or not height:
-        raise LightError(f"Image '{image.name}' cannot be read from '{image.filepath}': find the missing file or open another.")
+        raise LightError(
+            f"Image '{image.name}' cannot be read from '{image.filepath}': find the missing file or open another."
+        )
     channels = image.channels
     flat = np.empty(width * height * channels, dtype=np.float32)
     image.pixels.foreach_get(flat)

@@ -1,0 +1,45 @@
+# make demo    the main job on real input, pictures in build/demo
+# make test    all tests
+# make lint    style and types
+# Each makes the environment that it needs under build/venv. PYTHON chooses the interpreter and with it the Blender:
+# 3.11 runs bpy 4.5 LTS (or 5.0 with BPY=5.0), 3.13 runs bpy 5.2 LTS.
+
+PYTHON ?= python3
+PY := $(shell $(PYTHON) -c 'import sys; print("%d.%d" % sys.version_info[:2])')
+BPY_3.11 := 4.5
+BPY_3.13 := 5.2
+BPY ?= $(BPY_$(PY))
+VENV := build/venv/py$(PY)-bpy$(BPY)
+LINT := build/venv/lint-py$(PY)
+BLEND ?=
+TESTS ?=
+
+.PHONY: demo test lint clean
+
+demo: $(VENV)/.ready
+	$(VENV)/bin/python tools/demo.py $(if $(BLEND),--blend "$(BLEND)")
+
+test: $(VENV)/.ready
+	cd tests && ../$(VENV)/bin/python -m pytest $(TESTS)
+
+lint: $(LINT)/.ready
+	$(LINT)/bin/ruff check .
+	$(LINT)/bin/ruff format --check .
+	mkdir -p build/types && ln -sfn ../.. build/types/prt_relight
+	$(LINT)/bin/mypy
+
+$(VENV)/.ready: pyproject.toml
+	@test -n "$(BPY)" || { echo "No bpy for Python $(PY): use PYTHON=python3.11 or PYTHON=python3.13."; exit 1; }
+	$(PYTHON) -m venv $(VENV)
+	$(VENV)/bin/python -m pip install --quiet --upgrade "pip>=25.1"
+	$(VENV)/bin/python -m pip install --quiet "bpy==$(BPY).*" --group test
+	touch $@
+
+$(LINT)/.ready: pyproject.toml
+	$(PYTHON) -m venv $(LINT)
+	$(LINT)/bin/python -m pip install --quiet --upgrade "pip>=25.1"
+	$(LINT)/bin/python -m pip install --quiet --group lint
+	touch $@
+
+clean:
+	rm -rf build dist

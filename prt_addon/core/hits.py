@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What every ray of a bake hit, kept compactly: light can then bounce over it again and again without new rays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from . import sh
+from .parallel import Progress, ignore_progress, run_chunks
+from .raycast import Hits, RayScene
+from .transport import Pattern, Receivers
+
+Float32 = npt.NDArray[np.float32]
+Packed = npt.NDArray[np.uint64]
+
+ONE = 0xFFFF
+"""A barycentric of one, in the fixed point hits are kept in: whole numbers add up alike in any order."""
+
+_NO_HIT = np.uint64(0xFFFFFFFFFFFFFFFF)
+
+
+@dataclass(frozen=True)
+class KeptHits:
+    """Hits that return light, eight bytes each, sorted by receiver, then triangle, then barycentrics.
+
+    samples: rays that were cast per receiver.
+    starts: (N + 1,) int64; the hits of receiver x are `packed[starts[x]:starts[x + 1]]`.
+    packed: (H,) uint64; triangle in the upper 32 bits, then u and v in 16 bits each, `ONE` being 1.
+    """
+
+    samples: int
+    starts: npt.NDArray[np.int64]
+    packed: Packed
+
+    @property
+    def nbytes(self) -> int:
+        """Memory it occupies."""
+        return self.starts.nbytes + self.packed.nbytes
+
+    def __len__(self) -> int:
+        return len(self.starts) - 1
+
+
+def unpacked(
+    packed: Packed,
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """Triangles and fixed-point barycentrics u, v of corners 1 and 2, (H,) each."""
+    bits = packed.view(np.int64)
+    return bits >> 32, (bits >> 16) & ONE, bits & ONE
+
+
+def trace(
+    scene: RayScene,
+    receivers: Receivers,
+    samples: int,
+    seed: int,
+    returns: npt.NDArray[np.bool_],
+    progress: Progress = ignore_progress,
+    threads: int | None = None,
+) -> tuple[Float32, KeptHits]:
+    """Direct transport, the same bits as `transport.shadowed`, and what the blocked rays hit.
+
+    A hit on a back face blocks the light and returns none, as does one on a triangle that returns nothing.
+
+    Args:
+        scene: what blocks the light.
+        receivers: N points.
+        samples, seed: the pattern of rays.
+        returns: (T,) whether a triangle's front returns light.
+        progress, threads: see `run_chunks`.
+
+    Returns:
+        (N, 9) float32 direct transport, and the hits.
+    """
+    pattern = Pattern(samples, seed)
+    direct = np.empty((len(receivers), sh.coefficient_count(sh.ORDER)), dtype=np.float32)
+    starts = np.zeros(len(receivers) + 1, dtype=np.int64)
+    chunks: dict[int, Packed] = {}
+
+    def work(part: slice) -> int:
+        rays = pattern.rays(receivers[part])
+        hits = scene.hits(rays.origins, rays.directions)
+        direct[part] = pattern.project(hits.triangle < 0, rays.frames)
+        kept = np.sort(_packed(hits, returns).reshape(-1, samples), axis=1)
+        is_hit = kept != _NO_HIT
+        starts[part.start + 1 : part.stop + 1] = np.count_nonzero(is_hit, axis=1)
+        chunks[part.start] = kept[is_hit]
+        return len(rays.origins)
+
+    run_chunks(len(receivers), pattern.chunk, work, progress, threads)
+    np.cumsum(starts, out=starts)
+    return direct, KeptHits(samples, starts, _joined(chunks, starts))
+
+
+def _packed(hits: Hits, returns: npt.NDArray[np.bool_]) -> Packed:
+    """Every ray's hit in eight bytes, `_NO_HIT` if it returns nothing."""
+    u = _fixed_point(hits.u)
+    v = np.minimum(_fixed_point(hits.v), ONE - u)
+    packed = hits.triangle.astype(np.int64) << 32
+    packed |= u << 16
+    packed |= v
+    keep = hits.front & (hits.triangle >= 0)
+    keep &= returns.take(hits.triangle, mode="clip")
+    return np.where(keep, packed.view(np.uint64), _NO_HIT)
+
+
+def _fixed_point(barycentric: Float32) -> npt.NDArray[np.int64]:
+    fixed: npt.NDArray[np.int64] = np.rint(np.clip(barycentric, 0.0, 1.0) * np.float32(ONE)).astype(np.int64)
+    return fixed
+
+
+def _joined(chunks: dict[int, Packed], starts: npt.NDArray[np.int64]) -> Packed:
+    """All chunks in the order of the receivers; each is dropped once it is copied, to spare memory."""
+    packed = np.empty(starts[-1], dtype=np.uint64)
+    for first in sorted(chunks):
+        chunk = chunks.pop(first)
+        packed[starts[first] : starts[first] + len(chunk)] = chunk
+    return packed

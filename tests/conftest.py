@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The real Blender with the real extension enabled, once per session, and an empty file per test."""
+
+import importlib
+
+import pytest
+
+
+@pytest.fixture(scope="session")
+def blender():
+    """bpy with the checkout enabled as `bl_ext.dev.prt_relight`."""
+    import headless
+
+    headless.enable_extension()
+    import bpy
+
+    yield bpy
+    headless.disable_extension()
+
+
+@pytest.fixture(scope="session")
+def part(blender):
+    """Import a module of the extension under the name that Blender gave it: `part("scene.light")`."""
+    import headless
+
+    return lambda name: importlib.import_module(f"{headless.PACKAGE}.prt_addon.{name}")
+
+
+@pytest.fixture
+def scene(blender):
+    """The scene of an empty file; the extension stays enabled."""
+    blender.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+    return blender.context.scene
+
+
+@pytest.fixture
+def stage(scene):
+    """The stage hands' module, which can be imported once Blender runs."""
+    import stage
+
+    return stage

@@ -1,0 +1,166 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`bpy.ops.prt.bake` as scripts call it: what it bakes, what it leaves alone, what it refuses and how."""
+
+import numpy as np
+import pytest
+
+
+@pytest.fixture
+def stage(scene):
+    import stage
+
+    stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
+    return stage
+
+
+def transport(part, ob):
+    return part("scene.transport_layers").read(ob.data)
+
+
+def test_nothing_selected_bakes_all_that_renders(blender, part, scene, stage):
+    """And only that."""
+    seen = stage.object_of("Seen", stage.cube())
+    hidden = stage.object_of("Hidden", stage.cube(), location=(5, 0, 0))
+    hidden.hide_render = True
+    assert blender.ops.prt.bake(mode="SHADOWED", samples=16) == {"FINISHED"}
+    is_baked = part("scene.transport_layers").is_baked
+    assert is_baked(seen.data) and not is_baked(hidden.data)
+
+
+def test_settings_come_from_the_scene_unless_given(blender, scene, stage):
+    """The record says which were used."""
+    ob = stage.object_of("Cube", stage.cube())
+    scene.prt.mode, scene.prt.samples = "SHADOWED", 8
+    blender.ops.prt.bake()
+    assert (ob.data["prt_bake"]["mode"], ob.data["prt_bake"]["samples"]) == ("SHADOWED", 8)
+    blender.ops.prt.bake(mode="UNSHADOWED")
+    assert (ob.data["prt_bake"]["mode"], scene.prt.mode) == ("UNSHADOWED", "SHADOWED")
+
+
+def test_selection_order_and_company_do_not_matter(blender, part, scene, stage):
+    """The same bits alone and together: noise belongs to the object."""
+    one = stage.object_of("One", stage.icosphere(3))
+    two = stage.object_of("Two", stage.icosphere(3), location=(1.5, 0, 0))
+    blender.ops.prt.bake(mode="SHADOWED", samples=32, update_shading=False)
+    together = transport(part, two)
+    two.select_set(True)
+    blender.ops.prt.bake(mode="SHADOWED", samples=32, update_shading=False)
+    assert np.array_equal(transport(part, two), together)
+    assert one is not None
+
+
+def test_own_layers_survive(blender, part, scene, stage):
+    """The user's colour layers, and which of them is active, are left alone."""
+    ob = stage.object_of("Cube", stage.cube())
+    layer = ob.data.color_attributes.new("Mine", "BYTE_COLOR", "CORNER")
+    layer.data.foreach_set("color", np.tile([0.25, 0.5, 0.75, 1.0], len(layer.data)))
+    before = np.empty(len(layer.data) * 4, dtype=np.float32)
+    layer.data.foreach_get("color", before)
+    blender.ops.prt.bake(mode="UNSHADOWED")
+    assert ob.data.color_attributes.active_color_name == "Mine"
+    assert ob.data.color_attributes.default_color_name == "Mine"
+    after = np.empty_like(before)
+    ob.data.attributes["Mine"].data.foreach_get("color", after)
+    assert np.array_equal(before, after)
+    blender.ops.prt.remove()
+    assert [a.name for a in ob.data.color_attributes] == ["Mine"]
+    assert "prt_bake" not in ob.data
+
+
+def test_edit_mode_is_kept(blender, part, scene, stage):
+    """The mode is the person's."""
+    ob = stage.object_of("Cube", stage.cube())
+    blender.context.view_layer.objects.active = ob
+    ob.select_set(True)
+    blender.ops.object.mode_set(mode="EDIT")
+    blender.ops.prt.bake(mode="UNSHADOWED")
+    assert ob.mode == "EDIT"
+    blender.ops.object.mode_set(mode="OBJECT")
+    assert part("scene.transport_layers").is_baked(ob.data)
+
+
+def nan_mesh(stage):
+    mesh = stage.cube()
+    mesh.vertices[3].co.x = float("nan")
+    return stage.object_of("Broken", mesh)
+
+
+def faceless(stage):
+    import bpy
+
+    mesh = bpy.data.meshes.new("Points")
+    mesh.from_pydata([(0, 0, 0), (1, 0, 0)], [(0, 1)], [])
+    return stage.object_of("Broken", mesh)
+
+
+def shared(stage):
+    mesh = stage.cube()
+    stage.object_of("Other", mesh, location=(3, 0, 0))
+    return stage.object_of("Broken", mesh)
+
+
+def subdivided(stage):
+    ob = stage.object_of("Broken", stage.cube())
+    ob.modifiers.new("Subdivision", "SUBSURF").levels = 1
+    return ob
+
+
+@pytest.mark.parametrize(
+    ("build", "said"),
+    [(nan_mesh, "NaN"), (faceless, "no faces"), (shared, "single-user"), (subdivided, "change its topology")],
+)
+def test_bad_meshes_are_refused_by_name(blender, scene, stage, build, said):
+    """One sentence that names the object and says what to do; every object is as it was."""
+    good = stage.object_of("A good one", stage.cube(), location=(9, 0, 0))
+    ob = build(stage)
+    with pytest.raises(RuntimeError, match=said) as raised:
+        blender.ops.prt.bake(mode="SHADOWED", samples=16)
+    assert "Broken" in str(raised.value)
+    assert not any("_PRT_0" in bad.data.attributes for bad in (good, ob))
+    assert not good.data.materials
+
+
+def test_linked_mesh_is_refused(blender, scene, stage, tmp_path):
+    """Library data cannot hold the result."""
+    ob = stage.object_of("Linked", stage.cube())
+    path = str(tmp_path / "library.blend")
+    blender.data.libraries.write(path, {ob})
+    blender.data.objects.remove(ob)
+    with blender.data.libraries.load(path, link=True) as (_, target):
+        target.objects = ["Linked"]
+    scene.collection.objects.link(target.objects[0])
+    with pytest.raises(RuntimeError, match="make it local"):
+        blender.ops.prt.bake(mode="UNSHADOWED")
+
+
+def test_scene_without_meshes_is_refused(blender, scene, stage):
+    """Nothing to bake is an error, not a success."""
+    with pytest.raises(RuntimeError, match="no mesh to bake"):
+        blender.ops.prt.bake()
+
+
+def test_missing_ray_caster_is_said_and_unshadowed_still_works(blender, part, scene, stage, monkeypatch):
+    """Never a traceback."""
+    ob = stage.object_of("Cube", stage.cube())
+    monkeypatch.setattr(part("core.raycast"), "EmbreeScene", None)
+    with pytest.raises(RuntimeError, match="embreex"):
+        blender.ops.prt.bake(mode="SHADOWED")
+    assert blender.ops.prt.bake(mode="UNSHADOWED") == {"FINISHED"}
+    assert part("scene.transport_layers").is_baked(ob.data)
+
+
+def test_cancel_changes_nothing_and_a_second_bake_is_refused_meanwhile(blender, part, scene, stage):
+    """A running job blocks another; cancelled, it raises and leaves no state behind."""
+    ob = stage.object_of("Ball", stage.icosphere(5))
+    plan = part("scene.gather").gather(blender.context, [ob])
+    jobs, core = part("bake_job"), part("core.bake")
+    job = jobs.BakeJob([r.group for r in plan.receivers], plan.occluders, core.BakeSettings(samples=1 << 14), 2)
+    job.start()
+    assert not blender.ops.prt.bake.poll()
+    assert blender.ops.prt.cancel() == {"FINISHED"}
+    job.wait(5.0)
+    assert not job.running and job.done < job.total
+    with pytest.raises(part("core.errors").Cancelled):
+        job.result()
+    assert jobs.running_job() is None and blender.ops.prt.bake.poll()
+    assert "_PRT_0" not in ob.data.attributes

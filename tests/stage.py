@@ -1,0 +1,178 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What tests put in front of Blender's camera, and how they read the picture back. Used inside Blender only."""
+
+import bpy
+import headless
+import numpy as np
+
+RESOLUTION = 64
+
+
+def object_of(name, mesh, material=None, location=(0.0, 0.0, 0.0)):
+    """An object of a mesh in the scene's collection."""
+    ob = bpy.data.objects.new(name, mesh)
+    ob.location = location
+    if material:
+        mesh.materials.append(material)
+    bpy.context.scene.collection.objects.link(ob)
+    bpy.context.view_layer.update()
+    return ob
+
+
+def from_bmesh(name, build, smooth=True):
+    """A mesh made by a function of bmesh."""
+    import bmesh
+
+    bm = bmesh.new()
+    build(bm)
+    mesh = bpy.data.meshes.new(name)
+    bm.to_mesh(mesh)
+    bm.free()
+    mesh.polygons.foreach_set("use_smooth", [smooth] * len(mesh.polygons))
+    return mesh
+
+
+def icosphere(subdivisions=4, radius=1.0, smooth=True):
+    import bmesh
+
+    return from_bmesh(
+        "Sphere", lambda bm: bmesh.ops.create_icosphere(bm, subdivisions=subdivisions, radius=radius), smooth
+    )
+
+
+def grid(segments=10, size=1.0):
+    import bmesh
+
+    return from_bmesh("Grid", lambda bm: bmesh.ops.create_grid(bm, x_segments=segments, y_segments=segments, size=size))
+
+
+def cube(size=2.0):
+    import bmesh
+
+    return from_bmesh("Cube", lambda bm: bmesh.ops.create_cube(bm, size=size), smooth=False)
+
+
+def diffuse(name="Clay", colour=(0.8, 0.5, 0.2)):
+    """A material of one Diffuse BSDF."""
+    material = bpy.data.materials.new(name)
+    material.use_nodes = True
+    tree = material.node_tree
+    tree.nodes.clear()
+    shader = tree.nodes.new("ShaderNodeBsdfDiffuse")
+    shader.inputs["Color"].default_value = (*colour, 1.0)
+    output = tree.nodes.new("ShaderNodeOutputMaterial")
+    tree.links.new(shader.outputs[0], output.inputs["Surface"])
+    return material
+
+
+def picture(name, pixels):
+    """A float image of (height, width, 3) linear pixels, row 0 at the bottom."""
+    height, width = pixels.shape[:2]
+    image = bpy.data.images.new(name, width, height, float_buffer=True)
+    image.colorspace_settings.name = "Non-Color"
+    rgba = np.ones((height, width, 4), dtype=np.float32)
+    rgba[..., :3] = pixels
+    image.pixels.foreach_set(rgba.reshape(-1))
+    image.pack()
+    return image
+
+
+def six_coloured_sky(width=128):
+    """Pixels of an order-2 sky with another colour on each axis: every wrong turn and mirror shows."""
+    u = (np.arange(width) + 0.5) / width
+    v = (np.arange(width // 2) + 0.5) / (width // 2)
+    azimuth, elevation = np.meshgrid(2 * np.pi * (0.5 - u), np.pi * (v - 0.5))
+    w = np.stack([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)], axis=-1)
+    colours = {(0, 1): (3, 0, 0), (0, -1): (0, 2, 0), (1, 1): (0, 0, 4), (1, -1): (2, 2, 0), (2, 1): (0, 3, 3)}
+    colours[2, -1] = (1, 0, 2)
+    return sum(np.multiply.outer(((1 + sign * w[..., k]) / 2) ** 2, rgb) for (k, sign), rgb in colours.items())
+
+
+def environment(image, strength=1.0, mapping=True):
+    """A world lit by an image; returns (world, Mapping node or None)."""
+    world = bpy.data.worlds.new("Sky")
+    bpy.context.scene.world = world
+    world.use_nodes = True
+    tree = world.node_tree
+    tree.nodes.clear()
+    output = tree.nodes.new("ShaderNodeOutputWorld")
+    background = tree.nodes.new("ShaderNodeBackground")
+    background.inputs["Strength"].default_value = strength
+    texture = tree.nodes.new("ShaderNodeTexEnvironment")
+    texture.image = image
+    tree.links.new(texture.outputs["Color"], background.inputs["Color"])
+    tree.links.new(background.outputs[0], output.inputs["Surface"])
+    node = None
+    if mapping:
+        node = tree.nodes.new("ShaderNodeMapping")
+        coordinate = tree.nodes.new("ShaderNodeTexCoord")
+        tree.links.new(coordinate.outputs["Generated"], node.inputs["Vector"])
+        tree.links.new(node.outputs["Vector"], texture.inputs["Vector"])
+    return world, node
+
+
+def top_camera(scale=3.0, resolution=RESOLUTION):
+    """An orthographic camera that looks straight down; pixel (row, column) is where `pixel_points` says."""
+    scene = bpy.context.scene
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    scene.collection.objects.link(camera)
+    camera.location = (0.0, 0.0, 10.0)
+    camera.data.type, camera.data.ortho_scale = "ORTHO", scale
+    scene.camera = camera
+    scene.render.resolution_x = scene.render.resolution_y = resolution
+    scene.render.film_transparent = True
+    scene.render.filter_size = 0.01
+    scene.view_settings.view_transform = "Raw"
+    scene.eevee.taa_render_samples = 1
+    scene.cycles.use_denoising = False
+    return camera
+
+
+def pixel_points(scale=3.0, resolution=RESOLUTION):
+    """(resolution, resolution, 2) world x and y of pixel centres under `top_camera`."""
+    line = ((np.arange(resolution) + 0.5) / resolution - 0.5) * scale
+    return np.stack(np.meshgrid(line, line), axis=-1)
+
+
+def render(path, engine="EEVEE", samples=256):
+    """(height, width, 4) linear pixels of a frame, row 0 at the bottom."""
+    scene = bpy.context.scene
+    scene.render.engine = headless.eevee_engine() if engine == "EEVEE" else engine
+    scene.cycles.samples = samples
+    scene.render.image_settings.file_format = "OPEN_EXR"
+    scene.render.image_settings.color_depth = "32"
+    scene.render.filepath = str(path)
+    bpy.ops.render.render(write_still=True)
+    return read_exr(path)
+
+
+def read_exr(path):
+    """(height, width, 4) float32 of a written frame."""
+    image = bpy.data.images.load(str(path), check_existing=False)
+    flat = np.empty(image.size[0] * image.size[1] * 4, dtype=np.float32)
+    image.pixels.foreach_get(flat)
+    pixels = flat.reshape(image.size[1], image.size[0], 4)
+    bpy.data.images.remove(image)
+    return pixels
+
+
+def node_snapshot(tree):
+    """All that makes a node tree: its nodes with their settings and constants, and its links."""
+    nodes = {}
+    for node in tree.nodes:
+        settings = {
+            p.identifier: repr(getattr(node, p.identifier))
+            for p in node.bl_rna.properties
+            if p.type in {"BOOLEAN", "INT", "FLOAT", "STRING", "ENUM"}
+        }
+        constants = [
+            repr(list(s.default_value) if hasattr(s.default_value, "__len__") else s.default_value)
+            for s in node.inputs
+            if hasattr(s, "default_value")
+        ]
+        nodes[node.name] = (settings, constants)
+    links = sorted(
+        (link.from_node.name, link.from_socket.identifier, link.to_node.name, link.to_socket.identifier)
+        for link in tree.links
+    )
+    return nodes, links
