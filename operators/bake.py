@@ -90,11 +90,12 @@ class PRT_OT_bake(BakeProperties, bpy.types.Operator):
             shading.check_materials(objects)
         self._light = light.picture_light(sky.read_sky(context.scene)) if self.update_light else None
         with object_mode(context):
-            plan = gather.gather(context, objects)
+            plan = gather.gather(context, objects, bounces=settings.mode == "INTERREFLECTED")
+        for warning in plan.warnings:
+            self.report({"WARNING"}, warning)
         self._names = [ob.name_full for ob in objects]
         self._receivers = plan.receivers
-        groups = [receivers.group for receivers in plan.receivers]
-        self._job = BakeJob(groups, plan.occluders, settings, context.scene.render.threads)
+        self._job = BakeJob(plan.groups, plan.occluders, settings, context.scene.render.threads)
 
     @reports_errors
     def _finish(self, context: bpy.types.Context) -> set[str]:
@@ -104,7 +105,7 @@ class PRT_OT_bake(BakeProperties, bpy.types.Operator):
         with object_mode(context):
             for ob, receivers in zip(objects, self._receivers, strict=True):
                 gather.check_unchanged(ob, receivers)
-            for ob, receivers, transport in zip(objects, self._receivers, results, strict=True):
+            for ob, receivers, transport in zip(objects, self._receivers, results, strict=False):
                 transport_layers.write(
                     ob.data, receivers.domain, transport, receivers.element_receiver, self._job.settings
                 )

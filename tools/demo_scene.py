@@ -3,12 +3,8 @@
 
 from __future__ import annotations
 
-import headless  # first: it brings bpy and its companions
-
-# isort: split
-import bmesh
-import bpy
-from mathutils import Vector
+import headless
+from headless import bmesh, bpy, mathutils
 
 HDRI = "forest"
 
@@ -17,12 +13,14 @@ def build() -> None:
     """Fill the empty file."""
     scene = bpy.context.scene
     suzanne = _object("Suzanne", _suzanne(), _material("Terracotta", (0.75, 0.28, 0.12)))
-    suzanne.location, suzanne.rotation_euler = (0.0, 0.0, 0.98), (-0.62, 0.0, 0.0)
+    suzanne.rotation_euler = (-0.62, 0.0, 0.0)
+    bpy.context.view_layer.update()
+    suzanne.location.z = -min((suzanne.matrix_world @ vertex.co).z for vertex in suzanne.data.vertices)
     _object("Plinth", _plinth(), _material("Plaster", (0.78, 0.76, 0.72)))
     _sky(scene)
     camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
     scene.collection.objects.link(camera)
-    camera.location, camera.rotation_euler = (2.7, -6.6, 3.3), (1.2, 0.0, 0.385)
+    camera.location, camera.rotation_euler = (3.3, -8.0, 3.9), (1.19, 0.0, 0.39)
     camera.data.lens = 60.0
     scene.camera = camera
     scene.render.resolution_x, scene.render.resolution_y = 640, 360
@@ -47,7 +45,7 @@ def ensure_camera() -> None:
     camera.rotation_euler = (1.1, 0.0, 0.6)
     bpy.context.view_layer.update()
     meshes = [ob for ob in scene.objects if ob.type == "MESH"]
-    corners = [co for ob in meshes for point in ob.bound_box for co in ob.matrix_world @ Vector(point)]
+    corners = [co for ob in meshes for point in ob.bound_box for co in ob.matrix_world @ mathutils.Vector(point)]
     camera.location, _ = camera.camera_fit_coords(bpy.context.evaluated_depsgraph_get(), corners)
 
 

@@ -28,7 +28,11 @@ except ImportError as error:
         "libx11-6 libxi6 libxxf86vm1 libxfixes3 libxrender1 libxkbcommon0 libsm6 libice6 libgl1 libegl1 "
         "libgl1-mesa-dri"
     )
-import addon_utils  # noqa: E402 - it comes with bpy
+import addon_utils  # noqa: E402 - these come with bpy
+import bmesh  # noqa: E402
+import mathutils  # noqa: E402
+
+__all__ = ["bmesh", "bpy", "mathutils"]
 
 
 def enable_extension() -> None:
@@ -66,7 +70,7 @@ def quiet() -> Iterator[None]:
     """Hide what Blender's C code writes to the terminal: a line per tile would bury the progress."""
     sys.stdout.flush()
     saved = os.dup(1)
-    with open(os.devnull, "w") as nowhere:
+    with Path(os.devnull).open("w") as nowhere:
         os.dup2(nowhere.fileno(), 1)
         try:
             yield

@@ -44,6 +44,9 @@ class PRT_PT_bake(Tab, bpy.types.Panel):
         traced = column.column()
         traced.active = settings.mode != "UNSHADOWED"
         traced.prop(settings, "samples")
+        if settings.mode == "INTERREFLECTED":
+            traced.prop(settings, "bounces")
+            traced.prop(settings, "tolerance")
         traced.prop(settings, "seed")
         if not raycast.is_available():
             box = layout.box().column()

@@ -86,7 +86,8 @@ class TexturePatch:
 
     def _texel(self, x: Ints, y: Ints) -> Float32:
         height, width = self.image.shape[:2]
-        return self.image[self._inside(y, height), self._inside(x, width)]
+        texels: Float32 = self.image[self._inside(y, height), self._inside(x, width)]
+        return texels
 
     def _inside(self, index: Ints, count: int) -> Ints:
         """Texel indices of one axis, brought back into 0..count-1."""
@@ -95,7 +96,7 @@ class TexturePatch:
         if self.extension == "MIRROR":
             index = index % (2 * count)
             return np.minimum(index, 2 * count - 1 - index)
-        return np.clip(index, 0, count - 1)
+        return np.minimum(np.maximum(index, 0), count - 1)
 
     @property
     def _size(self) -> Float32:
@@ -170,11 +171,13 @@ class Albedo:
 def _interpolated(corners: Float32, u: Float32, v: Float32) -> Float32:
     """(M, C) values at barycentrics u, v from corner values (M, 3, C)."""
     first, second, third = np.moveaxis(corners, 1, 0)
-    return first + u[:, None] * (second - first) + v[:, None] * (third - first)
+    values: Float32 = first + u[:, None] * (second - first) + v[:, None] * (third - first)
+    return values
 
 
 def _clipped(colour: Float32) -> Float32:
-    return np.fmin(np.fmax(colour, np.float32(0.0)), np.float32(1.0))
+    clipped: Float32 = np.fmin(np.fmax(colour, np.float32(0.0)), np.float32(1.0))
+    return clipped
 
 
 def _is_grey(colour: Float32) -> bool:

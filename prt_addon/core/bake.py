@@ -118,7 +118,9 @@ def bake(
         Cancelled: if `progress` raised it.
     """
     if settings.mode == "INTERREFLECTED":
-        return bounce(trace_groups(groups, occluders, settings, progress, threads), occluders, settings, progress, threads)
+        return bounce(
+            trace_groups(groups, occluders, settings, progress, threads), occluders, settings, progress, threads
+        )
     _check_finite(groups)
     if settings.mode == "UNSHADOWED":
         return [unshadowed(group.normals) for group in groups]
@@ -165,7 +167,9 @@ def bounce(
 def _check_finite(groups: Sequence[ReceiverGroup]) -> None:
     for group in groups:
         if not np.isfinite(group.points).all():
-            raise MeshError(f"Mesh of '{group.name}' holds NaN or infinite coordinates: remove those vertices and bake again.")
+            raise MeshError(
+                f"Mesh of '{group.name}' holds NaN or infinite coordinates: remove those vertices and bake again."
+            )
 
 
 def _corner_receiver(occluders: Occluders) -> npt.NDArray[np.int64]:

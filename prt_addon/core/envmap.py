@@ -7,28 +7,11 @@ import numpy as np
 import numpy.typing as npt
 
 from . import sh
-from .errors import LightError
+from .errors import PictureError
 
 Array = npt.NDArray[np.float64]
 
 _ROWS_AT_A_TIME = 64  # float64 copies stay small whatever the picture's size
-
-
-def equirect_directions(width: int, height: int) -> Array:
-    """(height, width, 3) unit directions of texel centres, row 0 at the bottom, as Blender maps them.
-
-    Blender: `u = 0.5 - atan2(y, x) / 2pi`, `v = 0.5 + asin(z) / pi`.
-    """
-    azimuth, elevation = _azimuths(width), _elevations(height)
-    ring = np.cos(elevation)[:, None]
-    return np.stack(
-        [
-            ring * np.cos(azimuth),
-            ring * np.sin(azimuth),
-            np.broadcast_to(np.sin(elevation)[:, None], (height, width)),
-        ],
-        axis=-1,
-    )
 
 
 def _azimuths(width: int) -> Array:
@@ -37,12 +20,6 @@ def _azimuths(width: int) -> Array:
 
 def _elevations(height: int) -> Array:
     return np.pi * ((np.arange(height) + 0.5) / height - 0.5)
-
-
-def row_solid_angles(width: int, height: int) -> Array:
-    """(height,) exact solid angle of one texel in each row; all texels sum to 4pi."""
-    edges = np.sin(np.pi * (np.arange(height + 1) / height - 0.5))
-    return np.diff(edges) * (2.0 * np.pi / width)
 
 
 def project_equirect(pixels: npt.NDArray[np.float32] | Array, order: int = sh.ORDER) -> Array:
@@ -59,21 +36,21 @@ def project_equirect(pixels: npt.NDArray[np.float32] | Array, order: int = sh.OR
         ((order + 1)**2, 3) float64, `L_i = sum L(w) Y_i(w) dw`.
 
     Raises:
-        LightError: if the picture is empty or holds NaN or infinite texels.
+        PictureError: if the picture is empty or holds NaN or infinite texels.
     """
     height, width = pixels.shape[:2]
     if not height or not width:
-        raise LightError("The sky picture is empty: load one that has pixels.")
+        raise PictureError("The sky picture is empty: load one that has pixels.")
     azimuthal, polar = _azimuthal_integrals(width, order), _polar_integrals(height, order)
     light = np.zeros((sh.coefficient_count(order), 3))
     for first in range(0, height, _ROWS_AT_A_TIME):
         rows = slice(first, first + _ROWS_AT_A_TIME)
         texels = pixels[rows].astype(np.float64)
-        moments = np.einsum("mw,hwc->mhc", azimuthal, texels, optimize=True)
-        if not np.isfinite(moments).all():
-            raise LightError(
+        if not np.isfinite(texels).all():
+            raise PictureError(
                 "The sky picture holds NaN or infinite texels: repair it in the compositor and load it again."
             )
+        moments = np.einsum("mw,hwc->mhc", azimuthal, texels, optimize=True)
         for (band, m), weight in polar.items():
             centre = band * (band + 1)
             light[centre + m] += weight[rows] @ moments[m]
@@ -91,19 +68,18 @@ def _azimuthal_integrals(width: int, order: int) -> Array:
 
 
 def _polar_integrals(height: int, order: int) -> dict[tuple[int, int], Array]:
-    """For each (l, m), the polar part of Y_lm integrated over the z of each row: (height,).
+    """For each (l, m), the polar part of Y_lm integrated over the solid angle of each row: (height,).
 
-    Integrated, not sampled at the texel's centre: a constant sky is then exact at any resolution. By
-    Gauss-Legendre quadrature, exact for even m, whose integrands are polynomials.
+    Integrated, not sampled at the texel's centre: a constant sky is then exact at any resolution. By Gauss-Legendre
+    quadrature in the elevation, where the integrand is smooth up to the poles.
     """
-    edges = np.sin(np.pi * (np.arange(height + 1) / height - 0.5))
-    nodes, weights = np.polynomial.legendre.leggauss(order // 2 + 2)
-    half = np.diff(edges)[:, None] / 2.0
-    z = edges[:-1, None] + half * (nodes + 1.0)
-    ring = np.sqrt(np.maximum(0.0, 1.0 - z * z))
-    return {
-        (band, m): (value * ring**m * weights * half).sum(axis=1) for (band, m), value in sh.legendre(z, order).items()
-    }
+    nodes, weights = np.polynomial.legendre.leggauss(12)  # type: ignore[no-untyped-call]
+    step = np.pi / height
+    elevation = _elevations(height)[:, None] + step / 2.0 * nodes
+    ring = np.cos(elevation)
+    measure = ring * weights * step / 2.0
+    polar = sh.legendre(np.sin(elevation), order)
+    return {(band, m): (value * ring**m * measure).sum(axis=1) for (band, m), value in polar.items()}
 
 
 def srgb_to_linear(encoded: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:

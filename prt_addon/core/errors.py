@@ -11,7 +11,11 @@ class MeshError(PRTError):
 
 
 class LightError(PRTError):
-    """A world or picture that cannot become an SH light as it is."""
+    """A world that cannot become an SH light as it is."""
+
+
+class PictureError(PRTError):
+    """An image that cannot be read as it is."""
 
 
 class RayCasterMissing(PRTError):

@@ -56,7 +56,8 @@ class Sources:
 
     def lit(self, transport: Float32) -> Float32:
         """(M, C * 9) what each source returns of (N, C, 9)."""
-        return (transport[self.receiver] * self.tint[:, :, None]).reshape(len(self.receiver), -1)
+        lit: Float32 = transport[self.receiver] * self.tint[:, :, None]
+        return lit.reshape(len(lit), -1)
 
 
 class Gather:
@@ -147,9 +148,7 @@ class Gather:
         return np.cumsum(starts), np.concatenate([chunks[first] for first in sorted(chunks)])
 
 
-def _entries(
-    triangle: Int64, starts: Int64, patterned: npt.NDArray[np.bool_] | None
-) -> tuple[Int64, Int64]:
+def _entries(triangle: Int64, starts: Int64, patterned: npt.NDArray[np.bool_] | None) -> tuple[Int64, Int64]:
     """Join a receiver's hits on one triangle, unless a pattern gives each its own colour.
 
     Returns:

@@ -14,7 +14,8 @@ import numpy.typing as npt
 
 from ..core import sh
 from ..core.envmap import project_equirect
-from .sky import EnvironmentSky, linear_pixels
+from .images import linear_pixels
+from .sky import EnvironmentSky
 
 LIGHT_VERSION = 1
 LIGHT = tuple(f"prt_light_{i}" for i in range(sh.coefficient_count(sh.ORDER)))
@@ -37,7 +38,7 @@ def picture_light(sky: EnvironmentSky) -> npt.NDArray[np.float64]:
     """Project the sky's picture: (9, 3) float64, the light with the world unturned and at strength 1.
 
     Raises:
-        LightError: if the picture cannot be read.
+        PictureError: if the picture cannot be read.
     """
     return project_equirect(linear_pixels(sky.image))
 

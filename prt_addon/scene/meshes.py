@@ -23,10 +23,18 @@ _SAME_NORMAL = 1e-3  # largest difference of a component between shading normals
 
 @dataclass(frozen=True)
 class Surface:
-    """World-space triangles of one object: vertices (V, 3), triangles (T, 3), counter-clockwise from the front."""
+    """World-space triangles of one object.
+
+    vertices: (V, 3) float64.
+    triangles: (T, 3) vertices, counter-clockwise from the front.
+    corners: (T, 3) the mesh's face corners that these are.
+    material: (T,) index of the material slot.
+    """
 
     vertices: Float64
     triangles: Int32
+    corners: Int32
+    material: Int32
 
 
 @dataclass(frozen=True)
@@ -39,6 +47,10 @@ class ObjectReceivers:
     group: ReceiverGroup
     domain: Domain
     element_receiver: npt.NDArray[np.int64]
+
+    def at_corners(self, surface: Surface) -> npt.NDArray[np.int64]:
+        """(T, 3) the receiver at each corner of the triangles of the object's own surface."""
+        return self.element_receiver[surface.triangles if self.domain == "POINT" else surface.corners]
 
 
 def vector_array(items: bpy.types.bpy_prop_collection, name: str) -> Float64:
@@ -71,10 +83,13 @@ def same_topology(one: bpy.types.Mesh, other: bpy.types.Mesh) -> bool:
 def read_surface(mesh: bpy.types.Mesh, matrix: Float64) -> Surface:
     """Triangles of an evaluated mesh under a (4, 4) matrix; a mirroring matrix keeps fronts in front."""
     mesh.calc_loop_triangles()
-    triangles = index_array(mesh.loop_triangles, "vertices", 3)
-    if np.linalg.det(matrix[:3, :3]) < 0.0:
-        triangles = triangles[:, ::-1]
-    return Surface(_transformed(vector_array(mesh.vertices, "co"), matrix), triangles)
+    order = slice(None, None, -1 if np.linalg.det(matrix[:3, :3]) < 0.0 else 1)
+    return Surface(
+        vertices=_transformed(vector_array(mesh.vertices, "co"), matrix),
+        triangles=index_array(mesh.loop_triangles, "vertices", 3)[:, order],
+        corners=index_array(mesh.loop_triangles, "loops", 3)[:, order],
+        material=index_array(mesh.loop_triangles, "material_index"),
+    )
 
 
 def read_receivers(name: str, mesh: bpy.types.Mesh, matrix: Float64) -> ObjectReceivers:

@@ -30,6 +30,22 @@ def upstream(node: bpy.types.Node) -> Iterator[bpy.types.Node]:
         pending.extend(source.node for entry in current.inputs if (source := feeding_socket(entry)))
 
 
+_DIFFUSE_INPUT = {
+    "ShaderNodeBsdfPrincipled": "Base Color",
+    "ShaderNodeBsdfDiffuse": "Color",
+    "ShaderNodeEeveeSpecular": "Base Color",
+    "ShaderNodeSubsurfaceScattering": "Color",
+}
+
+
+def diffuse_colour(output: bpy.types.Node | None) -> bpy.types.NodeSocket | None:
+    """The colour input of the diffuse-like shader nearest to a Material Output; None if there is none."""
+    for node in upstream(output) if output else ():
+        if node.bl_idname in _DIFFUSE_INPUT:
+            return node.inputs[_DIFFUSE_INPUT[node.bl_idname]]
+    return None
+
+
 class Graph:
     """Writes formulas into a node tree: each method adds one node and returns its output socket.
 

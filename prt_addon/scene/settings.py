@@ -2,13 +2,14 @@
 """Settings, defined once: as a scene's property group, and as the properties of the operators that use them."""
 
 import bpy
-from bpy.props import EnumProperty, IntProperty, PointerProperty
+from bpy.props import EnumProperty, FloatProperty, IntProperty, PointerProperty
 
 from ..core.bake import BakeSettings
 
 MODES = [
     ("UNSHADOWED", "Unshadowed", "Light by direction only, in closed form: no rays, no shadows"),
     ("SHADOWED", "Shadowed", "Self-shadowing, and shadows of all objects visible to render"),
+    ("INTERREFLECTED", "Interreflected", "Shadows, and light that bounces between surfaces and takes on their colours"),
 ]
 
 
@@ -16,7 +17,7 @@ class BakeProperties:
     """Mixin of the properties of a bake."""
 
     mode: EnumProperty(  # type: ignore[valid-type]
-        name="Transport", description="Which light paths are baked", items=MODES, default="SHADOWED"
+        name="Transport", description="Which light paths are baked", items=MODES, default="INTERREFLECTED"
     )
     samples: IntProperty(  # type: ignore[valid-type]
         name="Samples",
@@ -26,6 +27,17 @@ class BakeProperties:
         max=1 << 20,
         soft_min=16,
         soft_max=4096,
+    )
+    bounces: IntProperty(  # type: ignore[valid-type]
+        name="Bounces", description="How often light bounces between surfaces", default=3, min=1, max=100, soft_max=8
+    )
+    tolerance: FloatProperty(  # type: ignore[valid-type]
+        name="Tolerance",
+        description="If above zero: bounce until no coefficient changes by as much, whatever the number of bounces",
+        default=0.0,
+        min=0.0,
+        soft_max=0.01,
+        precision=5,
     )
     seed: IntProperty(  # type: ignore[valid-type]
         name="Seed", description="Another seed gives another, equally good, pattern of noise", default=0, min=0

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator
 import bpy
 
 from ..core.errors import MeshError
-from .nodes import feeding_socket, upstream
+from .nodes import diffuse_colour, feeding_socket
 from .relight_group import is_relight_group, relight_group
 from .transport_layers import is_baked
 
@@ -22,13 +22,6 @@ MADE = "prt_made"
 _WERE_ACTIVE = "prt_were_active"
 _HAD_NO_NODES = "prt_had_no_nodes"
 _SLOT_ADDED = "prt_slot_added"
-
-_DIFFUSE_INPUT = {
-    "ShaderNodeBsdfPrincipled": "Base Color",
-    "ShaderNodeBsdfDiffuse": "Color",
-    "ShaderNodeEeveeSpecular": "Base Color",
-    "ShaderNodeSubsurfaceScattering": "Color",
-}
 
 
 def materials_of(objects: Iterable[bpy.types.Object]) -> list[bpy.types.Material]:
@@ -111,7 +104,7 @@ def _add_to_material(material: bpy.types.Material) -> bool:
         material.use_nodes = True
     tree = material.node_tree
     output = tree.get_output_node("EEVEE")
-    albedo = None if colour else _albedo_input(output)
+    albedo = None if colour else diffuse_colour(output)
 
     group = tree.nodes.new("ShaderNodeGroup")
     group.node_tree, group.name, group.label, group.width = relight_group(), "PRT Relight", "PRT Relight", 200.0
@@ -138,14 +131,6 @@ def _add_to_material(material: bpy.types.Material) -> bool:
 
 def _outputs(tree: bpy.types.NodeTree) -> list[bpy.types.Node]:
     return [node for node in tree.nodes if node.bl_idname == "ShaderNodeOutputMaterial"]
-
-
-def _albedo_input(output: bpy.types.Node | None) -> bpy.types.NodeSocket | None:
-    """The colour input of the diffuse-like shader nearest to the output."""
-    for node in upstream(output) if output else ():
-        if node.bl_idname in _DIFFUSE_INPUT:
-            return node.inputs[_DIFFUSE_INPUT[node.bl_idname]]
-    return None
 
 
 def _share_links(tree: bpy.types.NodeTree, output: bpy.types.Node, ours: bpy.types.Node, group: bpy.types.Node) -> None:

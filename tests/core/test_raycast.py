@@ -99,7 +99,7 @@ def test_a_miss_is_no_front():
 
 
 def test_edges_are_tight():
-    """Of rays aimed exactly at shared edges one in 2000 slips through; without embreex's `robust`, one in 15 does."""
+    """Rays aimed exactly at shared edges do not slip through; without embreex's `robust`, 3 % of them do."""
     vertices, triangles = shapes.icosphere(4)
     scene = RayScene(vertices, triangles)
     share = np.random.default_rng(0).random((len(triangles), 1))

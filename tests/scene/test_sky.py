@@ -64,17 +64,17 @@ def test_byte_images_are_decoded(blender, part, scene, stage, tmp_path):
     image.filepath_raw, image.file_format = str(tmp_path / "grey.png"), "PNG"
     image.save()
     loaded = blender.data.images.load(str(tmp_path / "grey.png"))
-    pixels = part("scene.sky").linear_pixels(loaded)
+    pixels = part("scene.images").linear_pixels(loaded)
     np.testing.assert_allclose(pixels, 0.2140, atol=3e-3)
     loaded.colorspace_settings.name = "Non-Color"
-    np.testing.assert_allclose(part("scene.sky").linear_pixels(loaded), 0.5, atol=3e-3)
+    np.testing.assert_allclose(part("scene.images").linear_pixels(loaded), 0.5, atol=3e-3)
 
 
 def test_photographic_hdri_is_read_in_linear_light(blender, part, scene, stage):
     """Suns thousands of times the mean survive."""
     import headless
 
-    pixels = part("scene.sky").linear_pixels(blender.data.images.load(str(headless.studio_hdri("sunset"))))
+    pixels = part("scene.images").linear_pixels(blender.data.images.load(str(headless.studio_hdri("sunset"))))
     assert pixels.shape == (512, 1024, 3)
     assert pixels.max() > 100 * pixels.mean() > 0
 
@@ -115,7 +115,7 @@ def test_bad_worlds_are_refused_in_one_sentence(blender, scene, stage, case):
     spoil(world, mapping, texture)
     with pytest.raises(RuntimeError, match=named):
         blender.ops.prt.bake(mode="UNSHADOWED")
-    assert not [key for key in world.keys() if key.startswith("prt_")]
+    assert not [key for key in world.keys() if key.startswith("prt_")]  # noqa: SIM118 - an ID is no dict
     assert not [layer for layer in ob.data.attributes if layer.name.startswith("_PRT")]
 
 
@@ -133,5 +133,5 @@ def test_removal_leaves_nothing_on_the_world(blender, scene, stage):
     world, _ = stage.environment(stage.picture("Six", stage.six_coloured_sky(16)))
     blender.ops.prt.bake(mode="UNSHADOWED")
     blender.ops.prt.remove()
-    assert not [key for key in world.keys() if key.startswith("prt_")]
+    assert not [key for key in world.keys() if key.startswith("prt_")]  # noqa: SIM118 - an ID is no dict
     assert not (world.animation_data and len(world.animation_data.drivers))
