@@ -4,10 +4,10 @@
 from __future__ import annotations
 
 from . import operators, ui
-from .prt_addon import bake_job
+from .prt_addon import bake_job, handlers
 from .prt_addon.scene import settings
 
-_PARTS = (settings, operators, ui)
+_PARTS = (settings, handlers, operators, ui)
 
 
 def register() -> None:

@@ -19,12 +19,24 @@ def test_enables_and_disables_again_and_again(blender):
     """No class, property or handler is left behind, nor missed."""
     import headless
 
+    count = sum(map(len, all_handlers(blender)))
     for _ in range(2):
         headless.disable_extension()
+        assert sum(map(len, all_handlers(blender))) == count - 2
         assert not hasattr(blender.types.Scene, "prt")
         assert not hasattr(blender.types, "PRT_PT_bake")
         headless.reenable_extension()
         assert hasattr(blender.types.Scene, "prt")
+        assert sum(map(len, all_handlers(blender))) == count
+
+
+def all_handlers(bpy):
+    """Every list of handlers that Blender has."""
+    return [
+        getattr(bpy.app.handlers, name)
+        for name in dir(bpy.app.handlers)
+        if isinstance(getattr(bpy.app.handlers, name), list)
+    ]
 
 
 def test_every_operator_and_property_has_a_tooltip(blender, scene):

@@ -96,15 +96,37 @@ def remove_from_material(material: bpy.types.Material) -> bool:
     return bool(ours)
 
 
+def follow_base_colour(material: bpy.types.Material) -> None:
+    """Feed the relit surface with what the user's own shader now has for a base colour, if it has changed.
+
+    Textures and nodes are linked and need no following; a plain number cannot be linked, and a driver from a material
+    to itself would be a dependency cycle.
+    """
+    group = next((node for node in our_nodes(material.node_tree) if node.bl_idname == "ShaderNodeGroup"), None)
+    albedo = diffuse_colour(material.node_tree.get_output_node("CYCLES")) if group else None
+    if albedo and not material.get(_HAD_NO_NODES):
+        _feed_base_colour(material.node_tree, group, albedo)
+
+
+def _feed_base_colour(tree: bpy.types.NodeTree, group: bpy.types.Node, albedo: bpy.types.NodeSocket) -> None:
+    entry, source = group.inputs["Base Color"], feeding_socket(albedo)
+    if source != feeding_socket(entry):
+        for link in list(entry.links):
+            tree.links.remove(link)
+        if source:
+            tree.links.new(source, entry)
+    if not source and tuple(entry.default_value) != tuple(albedo.default_value):
+        entry.default_value = albedo.default_value
+
+
 def _add_to_material(material: bpy.types.Material) -> bool:
-    colour: object = None
-    if not material.use_nodes:
+    """Add our two nodes; False if no base colour was found for them."""
+    plain = not material.use_nodes
+    if plain:
         material[_HAD_NO_NODES] = True
-        colour = tuple(material.diffuse_color)
         material.use_nodes = True
     tree = material.node_tree
     output = tree.get_output_node("EEVEE")
-    albedo = None if colour else diffuse_colour(output)
 
     group = tree.nodes.new("ShaderNodeGroup")
     group.node_tree, group.name, group.label, group.width = relight_group(), "PRT Relight", "PRT Relight", 200.0
@@ -115,18 +137,16 @@ def _add_to_material(material: bpy.types.Material) -> bool:
     tree.links.new(group.outputs["Surface"], ours.inputs["Surface"])
     if output:
         _share_links(tree, output, ours, group)
-    if albedo:
-        source = feeding_socket(albedo)
-        if source:
-            tree.links.new(source, group.inputs["Base Color"])
-        else:
-            colour = tuple(albedo.default_value)
-    if colour:
-        group.inputs["Base Color"].default_value = colour
     for node in (group, ours):
         node.select = False
     ours.is_active_output = True
-    return albedo is not None or colour is not None
+
+    albedo = diffuse_colour(output)
+    if plain:
+        group.inputs["Base Color"].default_value = material.diffuse_color
+    elif albedo:
+        _feed_base_colour(tree, group, albedo)
+    return plain or albedo is not None
 
 
 def _outputs(tree: bpy.types.NodeTree) -> list[bpy.types.Node]:

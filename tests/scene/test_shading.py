@@ -76,3 +76,27 @@ def test_group_stays_within_eevees_attribute_limit(part, scene):
     tree = part("scene.relight_group").relight_group()
     mesh_layers = {n.attribute_name for n in tree.nodes if getattr(n, "attribute_type", "") == "GEOMETRY"}
     assert len(mesh_layers) == 9
+
+
+def test_base_colour_is_followed(blender, part, scene, stage):
+    """Edit the number, keyframe it, link a node, unlink it: the relit surface keeps pace."""
+    ob = stage.object_of("Cube", stage.cube(), stage.diffuse(colour=(0.1, 0.2, 0.3)))
+    part("scene.shading").add_shading([ob])
+    tree = ob.data.materials[0].node_tree
+    albedo = tree.nodes["Diffuse BSDF"].inputs["Color"]
+    ours = next(part("scene.shading").our_nodes(tree)).inputs["Base Color"]
+    assert tuple(ours.default_value) == tuple(albedo.default_value)
+    for frame, colour in ((1, (0.5, 0.5, 0.5, 1.0)), (2, (0.25, 0.75, 0.5, 1.0))):
+        albedo.default_value = colour
+        blender.context.view_layer.update()
+        assert tuple(ours.default_value) == colour
+        albedo.keyframe_insert("default_value", frame=frame)
+    scene.frame_set(1)
+    assert tuple(ours.default_value) == (0.5, 0.5, 0.5, 1.0)
+    node = tree.nodes.new("ShaderNodeRGB")
+    link = tree.links.new(node.outputs[0], albedo)
+    blender.context.view_layer.update()
+    assert ours.links[0].from_node == node
+    tree.links.remove(link)
+    blender.context.view_layer.update()
+    assert not ours.is_linked
