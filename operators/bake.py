@@ -10,13 +10,13 @@ from bpy.props import BoolProperty
 from ..prt_addon.bake_job import BakeJob, running_job
 from ..prt_addon.core import raycast
 from ..prt_addon.core.errors import MeshError
-from ..prt_addon.scene import gather, light, shading, sky, transport_layers
+from ..prt_addon.scene import gather, light, prepare, shading, sky, transport_layers
 from ..prt_addon.scene.modes import object_mode
-from ..prt_addon.scene.settings import BakeProperties, bake_settings
+from ..prt_addon.scene.settings import BakeProperties, PrepareProperties, bake_settings, preparation
 from .reporting import reports_errors
 
 
-class PRT_OT_bake(BakeProperties, bpy.types.Operator):
+class PRT_OT_bake(BakeProperties, PrepareProperties, bpy.types.Operator):
     """Bake how light travels over the selected meshes (all render-visible ones if none is selected), so that any sky can relight them"""
 
     bl_idname = "prt.bake"
@@ -89,12 +89,13 @@ class PRT_OT_bake(BakeProperties, bpy.types.Operator):
         if self.update_shading:
             shading.check_materials(objects)
         self._light = light.picture_light(sky.read_sky(context.scene)) if self.update_light else None
+        self._allowed = preparation(context.scene, self)
         with object_mode(context):
-            plan = gather.gather(context, objects, bounces=settings.mode == "INTERREFLECTED")
+            plan = gather.gather(context, objects, settings.mode == "INTERREFLECTED", self._allowed)
         for warning in plan.warnings:
             self.report({"WARNING"}, warning)
         self._names = [ob.name_full for ob in objects]
-        self._receivers = plan.receivers
+        self._receivers, self._evidence = plan.receivers, plan.evidence
         self._job = BakeJob(plan.groups, plan.occluders, settings, context.scene.render.threads)
 
     @reports_errors
@@ -102,18 +103,33 @@ class PRT_OT_bake(BakeProperties, bpy.types.Operator):
         """Write everything, now that the whole bake is there."""
         results = self._job.result()
         objects = [_still_there(name) for name in self._names]
+        environment = sky.read_sky(context.scene) if self._light is not None else None  # refuses before writing
         with object_mode(context):
-            for ob, receivers in zip(objects, self._receivers, strict=True):
-                gather.check_unchanged(ob, receivers)
-            for ob, receivers, transport in zip(objects, self._receivers, results, strict=False):
+            with prepare.own_meshes(context, objects, self._allowed) as own:
+                for ob, receivers in zip(objects, self._receivers, strict=True):
+                    gather.check_unchanged(ob, own.mesh_of(ob), receivers)
+            for ob, receivers, transport, evidence in zip(
+                objects, self._receivers, results, self._evidence, strict=False
+            ):
                 transport_layers.write(
-                    ob.data, receivers.domain, transport, receivers.element_receiver, self._job.settings
+                    ob.data,
+                    receivers.domain,
+                    transport,
+                    receivers.element_receiver,
+                    self._job.settings,
+                    "OBJECT" if receivers.group.own else "SCENE",
+                    evidence,
                 )
-        if self._light is not None:
-            light.write_light(sky.read_sky(context.scene), self._light)
+        if environment and self._light is not None:
+            light.write_light(environment, self._light)
         if self.update_shading:
             for warning in shading.add_shading(objects):
                 self.report({"WARNING"}, warning)
+        for group, finding in self._job.findings:
+            if any(group is receivers.group for receivers in self._receivers):  # not of those that only bounce light
+                self.report({"INFO"}, finding)
+        for note in own.notes:
+            self.report({"INFO"}, note)
         count = sum(len(receivers.group) for receivers in self._receivers)
         self.report({"INFO"}, f"Baked {len(objects)} object(s), {count:,} receivers, {self._job.total:,} rays.")
         return {"FINISHED"}
@@ -146,7 +162,9 @@ class PRT_OT_cancel(bpy.types.Operator):
 
 
 def progress_text(job: BakeJob) -> str:
-    """One line for panel, status bar and terminal."""
+    """One line for panel and status bar."""
+    if job.done == job.total:
+        return "100%  bouncing light"
     return f"{job.progress:.0%}  {job.rays_per_second / 1e6:.1f} Mrays/s  {job.seconds_left:.0f} s left"
 
 

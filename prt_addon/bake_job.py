@@ -12,7 +12,7 @@ import time
 import numpy as np
 import numpy.typing as npt
 
-from .core.bake import BakeSettings, Occluders, ReceiverGroup, bake, ray_count
+from .core.bake import BakeSettings, Occluders, ReceiverGroup, bake_all, ray_count
 from .core.errors import Cancelled
 
 
@@ -23,6 +23,7 @@ class BakeJob:
         self.total = ray_count(groups, settings)
         self.done = 0
         self.settings = settings
+        self.findings: list[tuple[ReceiverGroup, str]] = []
         self._begun = time.monotonic()
         self._stop = threading.Event()
         self._result: list[npt.NDArray[np.float32]] = []
@@ -81,11 +82,14 @@ class BakeJob:
     def _work(self, groups: list[ReceiverGroup], occluders: Occluders, threads: int) -> None:
         global _current
         try:
-            self._result = bake(groups, occluders, self.settings, self._advance, threads)
+            self._result = bake_all(groups, occluders, self.settings, self._advance, threads, self._tell)
         except BaseException as error:  # handed to the main thread by result()
             self._error = error
         finally:
             _current = None
+
+    def _tell(self, group: ReceiverGroup, sentence: str) -> None:
+        self.findings.append((group, sentence))
 
     def _advance(self, rays: int) -> None:
         self.done += rays

@@ -8,7 +8,7 @@ import bpy
 from ..operators.bake import progress_text
 from ..prt_addon.bake_job import running_job
 from ..prt_addon.core import raycast
-from ..prt_addon.scene import light, transport_layers
+from ..prt_addon.scene import freshness, light
 
 
 class Tab:
@@ -40,6 +40,7 @@ class PRT_PT_bake(Tab, bpy.types.Panel):
             button.scale_y = 1.6
             button.operator("prt.bake", icon="RENDER_STILL")
         column = layout.column()
+        column.enabled = job is None
         column.prop(settings, "mode")
         traced = column.column()
         traced.active = settings.mode != "UNSHADOWED"
@@ -48,10 +49,25 @@ class PRT_PT_bake(Tab, bpy.types.Panel):
             traced.prop(settings, "bounces")
             traced.prop(settings, "tolerance")
         traced.prop(settings, "seed")
+        if context.active_object and context.active_object.type == "MESH":
+            column.prop(context.active_object.prt, "space")
         if not raycast.is_available():
             box = layout.box().column()
             box.label(text="The ray caster is missing.", icon="ERROR")
             box.label(text="Unshadowed still works.")
+
+
+class PRT_PT_meshes(Tab, bpy.types.Panel):
+    """What a bake may do to meshes that cannot hold its result"""
+
+    bl_idname = "PRT_PT_meshes"
+    bl_parent_id = "PRT_PT_bake"
+    bl_label = "Meshes"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        self.layout.prop(context.scene.prt, "make_single_user")
+        self.layout.prop(context.scene.prt, "apply_modifiers")
 
 
 class PRT_PT_light(Tab, bpy.types.Panel):
@@ -86,12 +102,26 @@ class PRT_PT_shading(Tab, bpy.types.Panel):
         layout = self.layout
         ob = context.active_object
         if ob and ob.type == "MESH":
-            baked = transport_layers.is_baked(ob.data)
-            layout.label(text=f"{ob.name}: {'baked' if baked else 'not baked'}", icon="CHECKMARK" if baked else "DOT")
+            _draw_freshness(layout.column(align=True), freshness.glance(context, ob))
         row = layout.row(align=True)
         row.operator("prt.add_shading", text="Add", icon="ADD")
         row.operator("prt.remove_shading", text="Remove", icon="REMOVE")
         layout.operator("prt.remove", text="Remove Everything", icon="TRASH")
 
 
-CLASSES = (PRT_PT_bake, PRT_PT_light, PRT_PT_shading)
+_ICONS = {"FRESH": "CHECKMARK", "UNCHECKED": "CHECKMARK", "STALE": "ERROR", "UNKNOWN": "QUESTION", "NEVER": "DOT"}
+
+
+def _draw_freshness(column: bpy.types.UILayout, found: freshness.Freshness) -> None:
+    """What is known of a bake, a line per cause: the sidebar is narrow."""
+    headline, *details = found.lines
+    if found.state == "FRESH":
+        headline = "fresh when last checked"
+    row = column.row()
+    row.label(text=f"{found.name}: {headline}", icon=_ICONS[found.state])
+    row.operator("prt.check", text="Check")
+    for line in details:
+        column.label(text=line, icon="BLANK1")
+
+
+CLASSES = (PRT_PT_bake, PRT_PT_meshes, PRT_PT_light, PRT_PT_shading)

@@ -82,7 +82,8 @@ class TexturePatch:
         x, y = low.astype(np.int64).T
         bottom = (1 - right) * self._texel(x, y) + right * self._texel(x + 1, y)
         top = (1 - right) * self._texel(x, y + 1) + right * self._texel(x + 1, y + 1)
-        return (1 - up) * bottom + up * top
+        colour: Float32 = (1 - up) * bottom + up * top
+        return colour
 
     def _texel(self, x: Ints, y: Ints) -> Float32:
         height, width = self.image.shape[:2]

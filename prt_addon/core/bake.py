@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One bake from arrays to arrays: receivers of several objects, one scene of occluders, one set of settings."""
+"""One bake from arrays to arrays: receivers of several objects, what blocks their light, one set of settings."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -11,16 +11,18 @@ import numpy as np
 import numpy.typing as npt
 
 from .albedo import Albedo
+from .buried import Fill, FilledGather, Surroundings, find_buried, is_dark
 from .errors import MeshError
-from .gather import Gather
 from .hits import KeptHits, trace
 from .interreflection import interreflected
 from .parallel import Progress, ignore_progress
-from .raycast import RayScene
+from .raycast import SMALLEST_SKIP, RayScene
 from .transport import Receivers, shadowed, unshadowed
 
 Float32 = npt.NDArray[np.float32]
 Float64 = npt.NDArray[np.float64]
+
+_TOO_BLIND = 0.02  # skipped start of rays, as a share of their object's radius, that is worth a word
 
 Mode = Literal["UNSHADOWED", "SHADOWED", "INTERREFLECTED"]
 
@@ -48,15 +50,29 @@ class ReceiverGroup:
     name: the object's, for messages.
     points, normals: (N, 3) float64; normals are unit length.
     radius: of the object, to scale the skipped start of rays.
+    own: if the object may move, all that blocks its light, instead of the scene: its own surface. Points, normals and
+        result are then in the object's own axes, and `own.corner_receiver` counts its receivers alone.
+    edges: (E, 2) pairs of receivers that are neighbours on the mesh, over which those inside other geometry are
+        filled; without any, none is.
     """
 
     name: str
     points: Float64
     normals: Float64
     radius: float
+    own: Occluders | None = None
+    edges: npt.NDArray[np.int32] | None = None
 
     def __len__(self) -> int:
         return len(self.points)
+
+
+Tell = Callable[[ReceiverGroup, str], None]
+"""Called with a sentence about what came out for a group, for the person."""
+
+
+def tell_nobody(_group: ReceiverGroup, _sentence: str) -> None:
+    """For someone who does not ask."""
 
 
 @dataclass(frozen=True)
@@ -81,13 +97,15 @@ class Traced:
     """What the rays of an interreflected bake found; another albedo or number of bounces needs no new ones.
 
     sizes: receivers of each group.
-    direct: (N, 9) float32 shadowed transport of all groups.
+    direct: (N, 9) float32 shadowed transport of all groups, filled where buried.
     hits: what the blocked rays hit.
+    fill: of the receivers that lie inside other geometry.
     """
 
     sizes: list[int]
     direct: Float32
     hits: KeptHits
+    fill: Fill
 
     @property
     def nbytes(self) -> int:
@@ -96,8 +114,32 @@ class Traced:
 
 
 def ray_count(groups: Sequence[ReceiverGroup], settings: BakeSettings) -> int:
-    """Rays that `bake` will report to its progress."""
+    """Rays that `bake_all` and `bake` will report to their progress."""
     return 0 if settings.mode == "UNSHADOWED" else settings.samples * sum(map(len, groups))
+
+
+def bake_all(
+    groups: Sequence[ReceiverGroup],
+    occluders: Occluders,
+    settings: BakeSettings,
+    progress: Progress = ignore_progress,
+    threads: int | None = None,
+    tell: Tell = tell_nobody,
+) -> list[Float32]:
+    """As `bake`, with a bake apart for every group that has occluders of its own.
+
+    Args:
+        occluders: of the other groups; `corner_receiver` counts the receivers of these alone.
+    """
+    staying = [k for k, group in enumerate(groups) if group.own is None]
+    results: dict[int, Float32] = {}
+    if staying:
+        together = bake([groups[k] for k in staying], occluders, settings, progress, threads, tell)
+        results.update(zip(staying, together, strict=True))
+    for k, group in enumerate(groups):
+        if group.own is not None:
+            [results[k]] = bake([group], group.own, settings, progress, threads, tell)
+    return [results[k] for k in range(len(groups))]
 
 
 def bake(
@@ -106,11 +148,15 @@ def bake(
     settings: BakeSettings,
     progress: Progress = ignore_progress,
     threads: int | None = None,
+    tell: Tell = tell_nobody,
 ) -> list[Float32]:
     """Transport of every group: (N, 9) float32 each, or (N, 9, 3) RGB if interreflected.
 
     Light bounces only off triangles whose corners are receivers: pass the groups of everything that shall bounce it, and
     drop the results that are not wanted. The result has the same bits whatever the order of the groups, the number of threads and the chunk size.
+
+    Receivers inside other geometry are filled from their neighbours (see `buried`), in whichever mode casts rays; `tell`
+    is told their share, and of objects that no light reaches or that float32 is too coarse for.
 
     Raises:
         MeshError: coordinates that are not finite, or nothing to cast rays at.
@@ -118,16 +164,17 @@ def bake(
         Cancelled: if `progress` raised it.
     """
     if settings.mode == "INTERREFLECTED":
-        return bounce(
-            trace_groups(groups, occluders, settings, progress, threads), occluders, settings, progress, threads
-        )
+        traced = trace_groups(groups, occluders, settings, progress, threads, tell)
+        return bounce(traced, occluders, settings, progress, threads)
     _check_finite(groups)
     if settings.mode == "UNSHADOWED":
         return [unshadowed(group.normals) for group in groups]
     scene = RayScene(occluders.vertices, occluders.triangles)
     receivers = _joined(groups, scene)
-    transport = shadowed(scene, receivers, settings.samples, settings.seed, progress, threads)
-    return _split(transport, [len(group) for group in groups])
+    direct = shadowed(scene, receivers, settings.samples, settings.seed, progress, threads)
+    around = Surroundings(scene, occluders.vertices, occluders.triangles)
+    _fill(around, groups, receivers, direct, settings.seed, progress, threads, tell)
+    return _split(direct, [len(group) for group in groups])
 
 
 def trace_groups(
@@ -136,6 +183,7 @@ def trace_groups(
     settings: BakeSettings,
     progress: Progress = ignore_progress,
     threads: int | None = None,
+    tell: Tell = tell_nobody,
 ) -> Traced:
     """The first half of an interreflected bake: all of its rays. Arguments and errors as those of `bake`."""
     _check_finite(groups)
@@ -143,7 +191,9 @@ def trace_groups(
     returns = (_corner_receiver(occluders) >= 0).any(axis=1)
     receivers = _joined(groups, scene)
     direct, hits = trace(scene, receivers, settings.samples, settings.seed, returns, progress, threads)
-    return Traced([len(group) for group in groups], direct, hits)
+    around = Surroundings(scene, occluders.vertices, occluders.triangles)
+    fill = _fill(around, groups, receivers, direct, settings.seed, progress, threads, tell)
+    return Traced([len(group) for group in groups], direct, hits, fill)
 
 
 def bounce(
@@ -159,7 +209,7 @@ def bounce(
         (N, 9, 3) float32 per group, RGB.
     """
     albedo = occluders.albedo or Albedo(np.ones_like(occluders.triangles, dtype=np.float32))
-    gather = Gather(traced.hits, albedo, _corner_receiver(occluders), progress, threads)
+    gather = FilledGather(traced.fill, traced.hits, albedo, _corner_receiver(occluders), progress, threads)
     transport = interreflected(traced.direct, gather, settings.bounces, settings.tolerance, progress)
     return _split(transport, traced.sizes)
 
@@ -189,3 +239,48 @@ def _joined(groups: Sequence[ReceiverGroup], scene: RayScene) -> Receivers:
         ids=np.concatenate([np.arange(len(group)) for group in groups]),
         skips=np.concatenate([np.full(len(group), scene.skip_length(group.radius)) for group in groups]),
     )
+
+
+def _fill(
+    around: Surroundings,
+    groups: Sequence[ReceiverGroup],
+    receivers: Receivers,
+    direct: Float32,
+    seed: int,
+    progress: Progress,
+    threads: int | None,
+    tell: Tell,
+) -> Fill:
+    """Fill `direct` (N, 9) in place where receivers are buried, and tell what came out for each group."""
+    starts = np.cumsum([0, *map(len, groups)])
+    none = np.zeros((0, 2), dtype=np.int64)
+    edges = np.concatenate(
+        [none, *(group.edges + start for group, start in zip(groups, starts, strict=False) if group.edges is not None)]
+    )
+    fill = Fill(find_buried(around, receivers, edges, direct, seed, progress, threads), edges)
+    fill(direct)
+    for group, start in zip(groups, starts, strict=False):
+        part = slice(start, start + len(group))
+        for sentence in _findings(group, around.scene, direct[part], fill.buried[part]):
+            tell(group, sentence)
+    return fill
+
+
+def _findings(group: ReceiverGroup, scene: RayScene, direct: Float32, buried: npt.NDArray[np.bool_]) -> Iterator[str]:
+    """What the person should know of a group's (N, 9) transport and of which (N,) were filled."""
+    if not len(group):
+        return
+    if buried.any():
+        share = f"{buried.mean():.0%}" if buried.mean() >= 0.01 else "Less than 1%"
+        yield f"{share} of the receivers of '{group.name}' lie inside other geometry and were filled from their neighbours."
+    if is_dark(direct).all():
+        yield (
+            f"No light reaches '{group.name}': unless it is a closed room, its faces point inwards "
+            "(Mesh > Normals > Recalculate Outside) or it lies inside other geometry."
+        )
+    blind = SMALLEST_SKIP * scene.radius
+    if blind > _TOO_BLIND * group.radius > 0.0:
+        yield (
+            f"'{group.name}' is tiny beside the scene: shadows from closer than {blind:.2g} are lost on it; move distant "
+            "objects closer, or hide them from renders."
+        )

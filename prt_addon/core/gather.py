@@ -23,7 +23,7 @@ Float32 = npt.NDArray[np.float32]
 Int64 = npt.NDArray[np.int64]
 
 _COEFFICIENTS = sh.coefficient_count(sh.ORDER)
-_HITS_AT_A_TIME = 1 << 13  # their gathered rows, 324 bytes a hit, stay in a core's cache
+_HITS_AT_A_TIME = 1 << 14  # measured: fewer pay for the calls, more leave the cache
 _BLOCK = 8  # hits summed by one call of the inner loop; rows are padded to a multiple of it
 
 

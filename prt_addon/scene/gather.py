@@ -14,28 +14,35 @@ from ..core.albedo import Albedo
 from ..core.bake import Occluders, ReceiverGroup
 from ..core.errors import MeshError
 from .albedo import SurfaceAlbedo, read_albedo
-from .meshes import ObjectReceivers, Surface, read_receivers, read_surface, same_topology
+from .cycles_colour import remember_instances
+from .meshes import ObjectReceivers, Surface, read_receivers, read_surface
+from .prepare import NOTHING, Preparation, check_bakeable
+from .record import Crowd, Evidence, Identity, identity
 
 SURFACE_TYPES = {"MESH", "CURVE", "SURFACE", "FONT", "META", "CURVES"}
+_RIGHT_ANGLE = 1e-3  # largest cosine between the axes of an object that counts as unsheared
 
 
 @dataclass(frozen=True)
 class BakePlan:
     """Everything a bake needs, as arrays: no bpy data, so that a thread may work on it.
 
-    receivers: of the objects to bake, in their order.
+    receivers: of the objects to bake, in their order; those of objects that may move have occluders of their own.
     bystanders: receivers of all else, which light bounces off; empty unless the mode bounces light.
+    occluders: of all receivers that have none of their own.
     warnings: sentences for the person.
+    evidence: of each of the receivers, what its bake depends on.
     """
 
     receivers: list[ObjectReceivers]
     bystanders: list[ObjectReceivers]
     occluders: Occluders
     warnings: list[str]
+    evidence: list[Evidence]
 
     @property
     def groups(self) -> list[ReceiverGroup]:
-        """What `core.bake` takes; the results of the first `len(receivers)` are wanted."""
+        """What `core.bake_all` takes; the results of the first `len(receivers)` are wanted."""
         return [found.group for found in (*self.receivers, *self.bystanders)]
 
 
@@ -44,6 +51,7 @@ class _Read:
     """One object or instance: its surface, and what light that bounces needs of it."""
 
     surface: Surface
+    identity: Identity
     receivers: ObjectReceivers | None = None
     albedo: SurfaceAlbedo | None = None
 
@@ -75,104 +83,189 @@ def objects_to_bake(context: bpy.types.Context) -> list[bpy.types.Object]:
     return sorted(chosen, key=lambda ob: ob.name_full)
 
 
-def check_bakeable(ob: bpy.types.Object, evaluated: bpy.types.Mesh) -> None:
-    """Raises MeshError, saying what to do, unless the transport of `ob` can be stored on its mesh."""
-    mesh = ob.data
-    if not mesh.is_editable:
-        raise MeshError(f"Mesh '{mesh.name}' of '{ob.name}' is linked from a library: make it local, then bake.")
-    if mesh.users > 1 and len(_users_of(mesh)) > 1:
-        others = ", ".join(sorted(f"'{user.name}'" for user in _users_of(mesh) if user != ob))
-        raise MeshError(
-            f"Mesh '{mesh.name}' is shared by '{ob.name}' and {others}, which see different shadows: make it "
-            "single-user (Object > Relations > Make Single User > Object & Data), then bake."
-        )
-    if not len(mesh.polygons):
-        raise MeshError(f"Object '{ob.name}' has no faces: add some or deselect it.")
-    if not same_topology(mesh, evaluated):
-        raise MeshError(
-            f"Modifiers of '{ob.name}' change its topology, so that vertex values cannot be stored: apply them "
-            "(Object > Apply > Visual Geometry to Mesh), then bake."
-        )
-
-
-def check_unchanged(ob: bpy.types.Object, receivers: ObjectReceivers) -> None:
-    """Raises MeshError if the mesh was edited since its receivers were read."""
-    elements = len(ob.data.vertices if receivers.domain == "POINT" else ob.data.loops)
+def check_unchanged(ob: bpy.types.Object, mesh: bpy.types.Mesh, receivers: ObjectReceivers) -> None:
+    """Raises MeshError if the mesh that is to hold the transport was edited since the receivers were read."""
+    elements = len(mesh.vertices if receivers.domain == "POINT" else mesh.loops)
     if elements != len(receivers.element_receiver):
         raise MeshError(f"Mesh of '{ob.name}' was edited during the bake; nothing was changed: bake again.")
 
 
-def _users_of(mesh: bpy.types.Mesh) -> list[bpy.types.Object]:
-    return [ob for ob in bpy.data.objects if ob.data == mesh]
-
-
-def gather(context: bpy.types.Context, objects: Sequence[bpy.types.Object], bounces: bool = False) -> BakePlan:
+@remember_instances()
+def gather(
+    context: bpy.types.Context,
+    objects: Sequence[bpy.types.Object],
+    bounces: bool = False,
+    allowed: Preparation = NOTHING,
+) -> BakePlan:
     """Read receivers of `objects`, and the surfaces of these and of everything visible to render.
 
     Args:
         bounces: whether all surfaces also need albedo and receivers of their own.
+        allowed: what may be done, when the bake is written, to meshes that cannot hold it.
 
     Raises:
         MeshError: for the first object that cannot be baked.
     """
     depsgraph = context.evaluated_depsgraph_get()
-    chosen = []
-    for ob in objects:
-        evaluated = ob.evaluated_get(depsgraph)
-        check_bakeable(ob, evaluated.data)
-        found = _read(evaluated, evaluated.data, evaluated.matrix_world, True, bounces)
-        if not np.isfinite(found.surface.vertices).all():
-            raise MeshError(f"Mesh of '{ob.name}' holds NaN or infinite coordinates: remove those vertices, then bake.")
-        chosen.append(found)
-    others = list(_read_others(context.view_layer, depsgraph, set(objects), bounces))
-    everything = chosen + others
-    warnings = {warning: None for read in everything if read.albedo for warning in read.albedo.warnings}
+    chosen = [_read_chosen(ob, ob.evaluated_get(depsgraph), bounces, allowed) for ob in objects]
+    staying = {ob: read for ob, read in zip(objects, chosen, strict=True) if ob.prt.space == "SCENE"}
+    left_out = set(staying)
+    others = [read for _, read in _read_others(context, left_out, bounces, bounces)] if staying else []
+    crowd = Crowd.of(read.identity for read in (*staying.values(), *others))
+    warnings = {warning: None for read in chosen + others if read.albedo for warning in read.albedo.warnings}
+    if staying:
+        warnings |= dict.fromkeys(_unseen(context.view_layer, set(objects)))
     return BakePlan(
         receivers=[read.receivers for read in chosen if read.receivers],
         bystanders=[read.receivers for read in others if read.receivers],
-        occluders=_joined(everything, bounces),
+        occluders=_joined([*staying.values(), *others], bounces),
         warnings=list(warnings),
+        evidence=[
+            Evidence(
+                read.identity,
+                np.array(ob.evaluated_get(depsgraph).matrix_world),
+                crowd.without(read.identity) if ob in staying else Crowd(),
+            )
+            for ob, read in zip(objects, chosen, strict=True)
+        ],
     )
 
 
+@remember_instances()
+def survey(
+    context: bpy.types.Context, objects: Sequence[bpy.types.Object], others: bool, bounces: bool
+) -> list[Evidence]:
+    """What bakes of `objects` would depend on, each on its own: without its receivers, and refusing none.
+
+    Args:
+        others: whether to look at all that stands around them.
+        bounces: whether to look at colours.
+    """
+    depsgraph = context.evaluated_depsgraph_get()
+    around = list(_read_others(context, set(), False, bounces)) if others else []
+    shading = {ob: read.identity for ob, read in around if ob}
+    crowd = Crowd.of(read.identity for _, read in around)
+    evidence = []
+    for ob in objects:
+        evaluated = ob.evaluated_get(depsgraph)
+        matrix = np.array(evaluated.matrix_world)
+        own = shading.get(ob) or _read(evaluated, evaluated.to_mesh(), matrix, False, bounces).identity
+        evidence.append(Evidence(own, matrix, crowd.without(own) if ob in shading else crowd))
+    return evidence
+
+
+def own_axes_matrix(ob: bpy.types.Object) -> npt.NDArray[np.float64]:
+    """(4, 4) what is left of an object's matrix in its own axes: its scale, positive, without turn and place.
+
+    The own axes are the columns of the matrix, normalised, as the shader finds them; where the object is mirrored,
+    so are they. A bake with this matrix is thus the same wherever the object is turned to.
+
+    Raises:
+        MeshError: if the axes are not at right angles: light cannot be turned into them.
+    """
+    columns = np.array(ob.matrix_world)[:3, :3]
+    lengths = np.linalg.norm(columns, axis=0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        axes = columns / lengths
+    if not np.allclose(axes.T @ axes, np.eye(3), rtol=0.0, atol=_RIGHT_ANGLE):
+        raise MeshError(
+            f"Object '{ob.name}' is sheared or scaled to zero, so that its transport cannot turn with it: apply its "
+            "scale and its parents' (Object > Apply > Scale), or choose 'Baked For: Scene', then bake."
+        )
+    return np.diag([*lengths, 1.0])
+
+
+def _read_chosen(ob: bpy.types.Object, evaluated: bpy.types.Object, bounces: bool, allowed: Preparation) -> _Read:
+    """An object to bake: in world space, or in its own axes and with its own surface as its occluder."""
+    mesh = evaluated.to_mesh()  # with GPU subdivision on, `evaluated.data` may be coarser than what is seen
+    check_bakeable(ob, mesh, allowed)
+    moves = ob.prt.space == "OBJECT"
+    matrix = own_axes_matrix(evaluated) if moves else evaluated.matrix_world
+    found = _read(evaluated, mesh, matrix, True, bounces, place=evaluated.matrix_world)
+    evaluated.to_mesh_clear()
+    if not np.isfinite(found.surface.vertices).all():
+        raise MeshError(f"Mesh of '{ob.name}' holds NaN or infinite coordinates: remove those vertices, then bake.")
+    if moves and found.receivers:
+        alone = replace(found.receivers.group, own=_joined([found], bounces))
+        return replace(found, receivers=replace(found.receivers, group=alone))
+    return found
+
+
 def _read(
-    evaluated: bpy.types.Object, mesh: bpy.types.Mesh, matrix: Sequence[Sequence[float]], receives: bool, bounces: bool
+    evaluated: bpy.types.Object,
+    mesh: bpy.types.Mesh,
+    matrix: npt.ArrayLike,
+    receives: bool,
+    bounces: bool,
+    place: npt.ArrayLike | None = None,
 ) -> _Read:
+    """Read what is asked for; `place` is where colours are looked up, if that is not the matrix."""
     world = np.array(matrix)
     surface = read_surface(mesh, world)
+    albedo = read_albedo(evaluated, mesh, surface, world if place is None else np.array(place)) if bounces else None
     return _Read(
         surface,
-        read_receivers(evaluated.original.name_full, mesh, world) if receives or bounces else None,
-        read_albedo(evaluated, mesh, surface) if bounces else None,
+        identity(mesh, world, albedo),
+        read_receivers(evaluated.original.name_full, mesh, world) if receives else None,
+        albedo,
     )
 
 
 def _read_others(
-    view_layer: bpy.types.ViewLayer,
-    depsgraph: bpy.types.Depsgraph,
-    chosen: set[bpy.types.Object],
-    bounces: bool,
-) -> Iterator[_Read]:
-    """Every renderable object and instance beside the chosen ones themselves; broken ones take no part."""
-    renderable = renderable_objects(view_layer)
-    for instance in depsgraph.object_instances:
+    context: bpy.types.Context, chosen: set[bpy.types.Object], receives: bool, bounces: bool
+) -> Iterator[tuple[bpy.types.Object | None, _Read]]:
+    """Every renderable object, and instance (of no object), beside the chosen ones themselves.
+
+    Broken ones take no part.
+    """
+    renderable = renderable_objects(context.view_layer)
+    for instance in context.evaluated_depsgraph_get().object_instances:
         ob = instance.object.original
-        owner = instance.parent.original if instance.is_instance and instance.parent else ob
-        if owner not in renderable or ob.hide_render or not ob.visible_shadow:
-            continue
-        if instance.object.type not in SURFACE_TYPES or (ob in chosen and not instance.is_instance):
+        if not _casts_shadows(instance, renderable) or (ob in chosen and not instance.is_instance):
             continue
         mesh = instance.object.to_mesh()
         if mesh is not None:
-            found = _read(instance.object, mesh, instance.matrix_world, False, bounces)
+            found = _read(instance.object, mesh, instance.matrix_world, receives, bounces)
             instance.object.to_mesh_clear()
             if np.isfinite(found.surface.vertices).all():
-                yield found
+                yield (None if instance.is_instance else ob), found
+
+
+def _unseen(view_layer: bpy.types.ViewLayer, chosen: set[bpy.types.Object]) -> Iterator[str]:
+    """A sentence for each object that renders, but that Blender evaluates for renders only."""
+    for ob in sorted(renderable_objects(view_layer) - chosen, key=lambda ob: ob.name_full):
+        if ob.type in SURFACE_TYPES and not ob.visible_get(view_layer=view_layer):
+            yield f"Object '{ob.name}' renders but is hidden in the viewport: unhide it, or it casts no shadow in the bake."
+
+
+def _casts_shadows(instance: bpy.types.DepsgraphObjectInstance, renderable: set[bpy.types.Object]) -> bool:
+    """Whether renders show an evaluated object or instance, by the rules of Cycles, as a surface that casts shadows.
+
+    Curves, text and metaballs come twice: as what they are, which has no mesh or the same again, and as a mesh.
+    """
+    shown = instance.object
+    ob = shown.original
+    if shown.type != "MESH" or ob.hide_render or not ob.visible_shadow:
+        return False
+    if instance.is_instance:
+        return (instance.parent.original if instance.parent else ob) in renderable
+    instances_only = shown.is_instancer and not ob.show_instancer_for_render
+    by_its_parent = ob.parent is not None and ob.parent.instance_type in {"VERTS", "FACES"}
+    return ob in renderable and not instances_only and not by_its_parent
 
 
 def _joined(read: Sequence[_Read], bounces: bool) -> Occluders:
-    """All surfaces as one; with bounces, also the receivers at their corners and their albedo."""
-    surfaces = [one.surface for one in read]
+    """All surfaces as one; with bounces, also the receivers at their corners and their albedo.
+
+    Receivers are counted as they are given, but surfaces are laid out by what they are: sums over what rays hit then
+    run in the same order, and have the same bits, whichever objects were selected.
+    """
+    if not read:
+        return Occluders(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int32))
+    first_receiver = _starts(len(one.receivers.group) if one.receivers else 0 for one in read)
+    order = sorted(range(len(read)), key=lambda i: read[i].identity.numbers)
+    laid_out = [read[i] for i in order]
+    surfaces = [one.surface for one in laid_out]
     vertices = np.concatenate([surface.vertices for surface in surfaces])
     first_vertex = _starts(len(surface.vertices) for surface in surfaces)
     triangles = np.concatenate(
@@ -180,23 +273,25 @@ def _joined(read: Sequence[_Read], bounces: bool) -> Occluders:
     )
     if not bounces:
         return Occluders(vertices, triangles)
-    receivers = [one.receivers for one in read if one.receivers]
-    albedos = [one.albedo for one in read if one.albedo]
-    first_receiver = _starts(len(found.group) for found in receivers)
     corner_receiver = np.concatenate(
         [
-            found.at_corners(surface) + start
-            for found, surface, start in zip(receivers, surfaces, first_receiver, strict=True)
+            one.receivers.at_corners(one.surface) + first_receiver[i]
+            for i, one in zip(order, laid_out, strict=True)
+            if one.receivers
         ]
     )
-    first_triangle = _starts(len(surface.triangles) for surface in surfaces)
+    return Occluders(vertices, triangles, corner_receiver, _joined_albedo(laid_out))
+
+
+def _joined_albedo(read: Sequence[_Read]) -> Albedo:
+    first_triangle = _starts(len(one.surface.triangles) for one in read)
+    albedos = [one.albedo for one in read if one.albedo]
     patterns = tuple(
         replace(pattern, triangles=pattern.triangles + start)
         for albedo, start in zip(albedos, first_triangle, strict=True)
         for pattern in albedo.patterns
     )
-    albedo = Albedo(np.concatenate([albedo.constant for albedo in albedos]), patterns)
-    return Occluders(vertices, triangles, corner_receiver, albedo)
+    return Albedo(np.concatenate([albedo.constant for albedo in albedos]), patterns)
 
 
 def _starts(sizes: Iterable[int]) -> npt.NDArray[np.int64]:

@@ -107,7 +107,7 @@ def read_receivers(name: str, mesh: bpy.types.Mesh, matrix: Float64) -> ObjectRe
     vertex_normal[corner_vertex] = corner_normal
 
     if np.abs(corner_normal - vertex_normal[corner_vertex]).max(initial=0.0) < _SAME_NORMAL:
-        group = ReceiverGroup(name, points, vertex_normal, radius)
+        group = ReceiverGroup(name, points, vertex_normal, radius, edges=index_array(mesh.edges, "vertices", 2))
         return ObjectReceivers(group, "POINT", np.arange(len(points)))
 
     corner, element_receiver = _distinct(corner_vertex, corner_normal)
@@ -115,7 +115,8 @@ def read_receivers(name: str, mesh: bpy.types.Mesh, matrix: Float64) -> ObjectRe
     inside = _pulled_into_faces(
         mesh, matrix, points[corner_vertex], corner_normal, element_receiver, len(corner), radius
     )
-    return ObjectReceivers(ReceiverGroup(name, inside, normals, radius), "CORNER", element_receiver)
+    edges = element_receiver[_face_edges(mesh)].astype(np.int32)
+    return ObjectReceivers(ReceiverGroup(name, inside, normals, radius, edges=edges), "CORNER", element_receiver)
 
 
 def _transformed(points: Float64, matrix: Float64) -> Float64:
@@ -138,6 +139,14 @@ def _distinct(vertex: Int32, normal: Float64) -> tuple[npt.NDArray[np.int64], np
         vertex.astype(np.int64) * len(different) + normal_id, return_index=True, return_inverse=True
     )
     return corner, pair
+
+
+def _face_edges(mesh: bpy.types.Mesh) -> npt.NDArray[np.int64]:
+    """(corners, 2) each face corner and the next one around its face."""
+    after = np.arange(1, len(mesh.loops) + 1)
+    first = index_array(mesh.polygons, "loop_start")
+    after[first + index_array(mesh.polygons, "loop_total") - 1] = first
+    return np.stack([np.arange(len(after)), after], axis=1)
 
 
 def _pulled_into_faces(

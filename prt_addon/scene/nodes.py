@@ -30,6 +30,15 @@ def upstream(node: bpy.types.Node) -> Iterator[bpy.types.Node]:
         pending.extend(source.node for entry in current.inputs if (source := feeding_socket(entry)))
 
 
+HAD_NO_NODES = "prt_had_no_nodes"
+"""Custom property of a material whose nodes we turned on, to relight it: before 5.0 they can be off."""
+
+
+def uses_nodes(material: bpy.types.Material) -> bool:
+    """Whether the person's material is made of nodes; if not, it is its viewport colour."""
+    return material.use_nodes and not material.get(HAD_NO_NODES)
+
+
 _DIFFUSE_INPUT = {
     "ShaderNodeBsdfPrincipled": "Base Color",
     "ShaderNodeBsdfDiffuse": "Color",
@@ -99,6 +108,22 @@ class Graph:
         for entry, value in zip(node.inputs, values, strict=False):
             self.feed(entry, value)
         return node.outputs["Vector"]
+
+    def mixed(self, factor: object, zero: object, one: object) -> bpy.types.NodeSocket:
+        """Vector `zero` where the factor is 0, `one` where it is 1."""
+        node = self.add("ShaderNodeMix")
+        node.data_type = "VECTOR"
+        entries = {entry.identifier: entry for entry in node.inputs}
+        for name, value in (("Factor_Float", factor), ("A_Vector", zero), ("B_Vector", one)):
+            self.feed(entries[name], value)
+        return next(output for output in node.outputs if output.identifier == "Result_Vector")
+
+    def to_world(self, direction: object) -> bpy.types.NodeSocket:
+        """Unit vector in world axes of a direction in the axes of the object that is shaded."""
+        node = self.add("ShaderNodeVectorTransform")
+        node.vector_type, node.convert_from, node.convert_to = "VECTOR", "OBJECT", "WORLD"
+        self.feed(node.inputs[0], direction)
+        return self.vector("NORMALIZE", node.outputs[0])
 
     def components(self, vector: bpy.types.NodeSocket) -> list[bpy.types.NodeSocket]:
         """x, y and z of a vector."""

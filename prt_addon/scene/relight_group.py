@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The "PRT Relight" node group: transport from the mesh, light from the world, turned and multiplied in the shader."""
+"""The "PRT Relight" node group: transport from the mesh, light from the world, turned and multiplied in the shader.
+
+The light is turned by the world's Mapping node, and, where the mesh says that its transport is in its object's own
+axes, by the object itself.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +13,7 @@ import bpy
 
 from .light import LIGHT, STRENGTH, TURN
 from .nodes import Graph
-from .transport_layers import LAYERS
+from .transport_layers import LAYERS, SPACE_LAYER
 
 GROUP = "PRT Relight"
 GROUP_VERSION = 1
@@ -51,6 +55,9 @@ def _build(tree: bpy.types.NodeTree) -> None:
     strength = graph.attribute(STRENGTH, "VIEW_LAYER").outputs["Fac"]
 
     graph.column()
+    own_axes = layers[LAYERS.index(SPACE_LAYER)].outputs["Alpha"]
+    axes = [graph.mixed(own_axes, *pair) for pair in zip(axes, _object_axes(graph, axes), strict=True)]
+    graph.column()
     turned = [light[0], *_turned_vector(graph, light[1:4], axes), *_turned_form(graph, light[4:9], axes)]
     graph.column()
     radiance = graph.weighted_sum(
@@ -71,6 +78,17 @@ def _build(tree: bpy.types.NodeTree) -> None:
     group_output = graph.add("NodeGroupOutput")
     graph.feed(group_output.inputs["Surface"], mix.outputs[0])
     graph.feed(group_output.inputs["Shading"], shown)
+
+
+def _object_axes(graph: Graph, axes: list[bpy.types.NodeSocket]) -> list[bpy.types.NodeSocket]:
+    """The object's axes o_i instead of the world's e_i, as the world's Mapping turns them: `R o_i = sum_k (o_i)_k R e_k`.
+
+    They need only be orthogonal, not right-handed: a mirrored object's light is mirrored.
+    """
+    unit = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    components = [graph.components(graph.to_world(direction)) for direction in unit]
+    graph.column()
+    return [graph.weighted_sum(list(zip(axes, own, strict=True))) for own in components]
 
 
 def _turned_vector(

@@ -2,14 +2,26 @@
 """Settings, defined once: as a scene's property group, and as the properties of the operators that use them."""
 
 import bpy
-from bpy.props import EnumProperty, FloatProperty, IntProperty, PointerProperty
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
 
 from ..core.bake import BakeSettings
+from .prepare import Preparation
 
 MODES = [
     ("UNSHADOWED", "Unshadowed", "Light by direction only, in closed form: no rays, no shadows"),
     ("SHADOWED", "Shadowed", "Self-shadowing, and shadows of all objects visible to render"),
     ("INTERREFLECTED", "Interreflected", "Shadows, and light that bounces between surfaces and takes on their colours"),
+]
+
+
+SPACES = [
+    ("SCENE", "Scene", "Shadows and bounces of everything around it; valid while nothing moves"),
+    (
+        "OBJECT",
+        "Object",
+        "Only its own shadows and bounces; the object may be moved, turned and animated freely. It still shadows objects "
+        "baked for the scene, from where it stood",
+    ),
 ]
 
 
@@ -44,25 +56,62 @@ class BakeProperties:
     )
 
 
-class PRT_PG_settings(BakeProperties, bpy.types.PropertyGroup):
+class PrepareProperties:
+    """Mixin of what a bake may do to meshes that cannot hold its result."""
+
+    make_single_user: BoolProperty(  # type: ignore[valid-type]
+        name="Make Single User",
+        description="Give objects that share a mesh a copy each, as they see different shadows; otherwise they are refused",
+        default=False,
+    )
+    apply_modifiers: BoolProperty(  # type: ignore[valid-type]
+        name="Apply Modifiers",
+        description="Apply modifiers that change the topology, on a copy of the mesh; otherwise such objects are refused. "
+        "A copy of the object, in no collection, keeps its mesh and modifiers",
+        default=False,
+    )
+
+
+class PRT_PG_settings(BakeProperties, PrepareProperties, bpy.types.PropertyGroup):
     """Settings of the extension, stored with the scene."""
+
+
+class PRT_PG_object(bpy.types.PropertyGroup):
+    """What is chosen per object."""
+
+    space: EnumProperty(  # type: ignore[valid-type]
+        name="Baked For",
+        description="What the next bake of this object takes into account, and whether the object may move afterwards",
+        items=SPACES,
+        default="SCENE",
+    )
 
 
 def bake_settings(scene: bpy.types.Scene, operator: bpy.types.Operator) -> BakeSettings:
     """The operator's own properties where they were given, the scene's where not."""
+    return BakeSettings(**_values(BakeProperties, scene, operator))  # type: ignore[arg-type]
 
-    def value(name: str) -> object:
-        given = operator.properties.is_property_set(name)
-        return getattr(operator if given else scene.prt, name)
 
-    return BakeSettings(**{name: value(name) for name in BakeProperties.__annotations__})  # type: ignore[arg-type]
+def preparation(scene: bpy.types.Scene, operator: bpy.types.Operator) -> Preparation:
+    """What may be done to meshes: the operator's own properties where they were given, the scene's where not."""
+    return Preparation(**_values(PrepareProperties, scene, operator))  # type: ignore[arg-type]
+
+
+def _values(mixin: type, scene: bpy.types.Scene, operator: bpy.types.Operator) -> dict[str, object]:
+    given = operator.properties.is_property_set
+    return {name: getattr(operator if given(name) else scene.prt, name) for name in mixin.__annotations__}
+
+
+_GROUPS = ((PRT_PG_settings, bpy.types.Scene), (PRT_PG_object, bpy.types.Object))
 
 
 def register() -> None:
-    bpy.utils.register_class(PRT_PG_settings)
-    bpy.types.Scene.prt = PointerProperty(type=PRT_PG_settings, name="PRT")
+    for group, owner in _GROUPS:
+        bpy.utils.register_class(group)
+        owner.prt = PointerProperty(type=group, name="PRT")
 
 
 def unregister() -> None:
-    del bpy.types.Scene.prt
-    bpy.utils.unregister_class(PRT_PG_settings)
+    for group, owner in reversed(_GROUPS):
+        del owner.prt
+        bpy.utils.unregister_class(group)

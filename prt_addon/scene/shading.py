@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator
 import bpy
 
 from ..core.errors import MeshError
-from .nodes import diffuse_colour, feeding_socket
+from .nodes import HAD_NO_NODES, diffuse_colour, feeding_socket, uses_nodes
 from .relight_group import is_relight_group, relight_group
 from .transport_layers import is_baked
 
@@ -20,7 +20,6 @@ OUTPUT = "PRT Output"
 MADE = "prt_made"
 """Custom property of a material that we made for an object that had none."""
 _WERE_ACTIVE = "prt_were_active"
-_HAD_NO_NODES = "prt_had_no_nodes"
 _SLOT_ADDED = "prt_slot_added"
 
 
@@ -90,9 +89,9 @@ def remove_from_material(material: bpy.types.Material) -> bool:
     if ours:
         for output in _outputs(tree):
             output.is_active_output = output.name in were_active
-    if material.get(_HAD_NO_NODES):
+    if material.get(HAD_NO_NODES):
         material.use_nodes = False
-        del material[_HAD_NO_NODES]
+        del material[HAD_NO_NODES]
     return bool(ours)
 
 
@@ -104,7 +103,7 @@ def follow_base_colour(material: bpy.types.Material) -> None:
     """
     group = next((node for node in our_nodes(material.node_tree) if node.bl_idname == "ShaderNodeGroup"), None)
     albedo = diffuse_colour(material.node_tree.get_output_node("CYCLES")) if group else None
-    if albedo and not material.get(_HAD_NO_NODES):
+    if albedo and uses_nodes(material):
         _feed_base_colour(material.node_tree, group, albedo)
 
 
@@ -123,7 +122,7 @@ def _add_to_material(material: bpy.types.Material) -> bool:
     """Add our two nodes; False if no base colour was found for them."""
     plain = not material.use_nodes
     if plain:
-        material[_HAD_NO_NODES] = True
+        material[HAD_NO_NODES] = True
         material.use_nodes = True
     tree = material.node_tree
     output = tree.get_output_node("EEVEE")

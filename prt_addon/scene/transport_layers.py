@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from typing import Literal
 
 import bpy
 import numpy as np
@@ -12,15 +12,19 @@ import numpy.typing as npt
 from ..core import sh
 from ..core.bake import BakeSettings
 from .meshes import Domain
+from .record import RECORD, Evidence, write_record
 
-FORMAT_VERSION = 1
 LAYERS = tuple(f"_PRT_{i}" for i in range(sh.coefficient_count(sh.ORDER)))
 """The leading underscore lets glTF carry them."""
-RECORD = "prt_bake"
 
 BAKED_ALPHA = 0.0
 """Alpha of the layers. A mesh without the layer reads alpha 1 in a shader, which is how one material can serve
 baked and unbaked objects."""
+
+Space = Literal["SCENE", "OBJECT"]
+SPACE_LAYER = LAYERS[1]
+SPACE_ALPHA: dict[Space, float] = {"SCENE": BAKED_ALPHA, "OBJECT": 1.0}
+"""Alpha of this one layer tells the shader which axes the coefficients are in: the world's, or the object's own."""
 
 
 def is_baked(mesh: bpy.types.Mesh) -> bool:
@@ -34,6 +38,8 @@ def write(
     transport: npt.NDArray[np.float32],
     element_receiver: npt.NDArray[np.int64],
     settings: BakeSettings,
+    space: Space = "SCENE",
+    evidence: Evidence | None = None,
 ) -> None:
     """Store transport as the mesh's nine layers, replacing earlier ones and leaving all other layers alone.
 
@@ -42,24 +48,27 @@ def write(
         transport: (receivers, 9) or (receivers, 9, 3).
         element_receiver: (vertices or corners,) the receiver each shows.
         settings: what the record keeps.
+        space: whose axes the transport is in.
+        evidence: what the bake depended on; without it nobody can tell later whether it still holds.
     """
     colours = mesh.color_attributes
     active, rendered = colours.active_color_name, colours.default_color_name
     remove(mesh)
     for name in LAYERS:  # create all, then fetch each: on 5.0 and older, references go stale
         mesh.attributes.new(name, "FLOAT_COLOR", domain)
-    rgba = np.full((len(element_receiver), 4), BAKED_ALPHA, dtype=np.float32)
+    rgba = np.empty((len(element_receiver), 4), dtype=np.float32)
     for i, name in enumerate(LAYERS):
         coefficient = transport[:, i]
+        rgba[:, 3] = SPACE_ALPHA[space] if name == SPACE_LAYER else BAKED_ALPHA
         rgba[:, :3] = (coefficient if coefficient.ndim == 2 else coefficient[:, None])[element_receiver]
         mesh.attributes[name].data.foreach_set("color", rgba.reshape(-1))
     colours.active_color_name, colours.default_color_name = active, rendered
-    mesh[RECORD] = {"version": FORMAT_VERSION, "order": sh.ORDER, "domain": domain, **asdict(settings)}
+    write_record(mesh, domain, settings, space, evidence)
     mesh.update()
 
 
 def read(mesh: bpy.types.Mesh) -> npt.NDArray[np.float32]:
-    """(elements of the layers' domain, 9, 3) float32 of a baked mesh."""
+    """(elements of the layers' domain, 9, 3) float32 of a baked mesh, in the axes that `space_of` tells."""
     layers = []
     for name in LAYERS:
         data = mesh.attributes[name].data
@@ -67,6 +76,11 @@ def read(mesh: bpy.types.Mesh) -> npt.NDArray[np.float32]:
         data.foreach_get("color", rgba)
         layers.append(rgba.reshape(-1, 4)[:, :3])
     return np.stack(layers, axis=1)
+
+
+def space_of(mesh: bpy.types.Mesh) -> Space:
+    """Whose axes the transport of a baked mesh is in."""
+    return "OBJECT" if mesh.get(RECORD, {}).get("space") == "OBJECT" else "SCENE"
 
 
 def remove(mesh: bpy.types.Mesh) -> bool:

@@ -1,12 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Albedo as light finds it: constants, textures and colour attributes of real materials."""
+"""Albedo as light finds it: what is read from real materials, and what Cycles evaluates instead."""
 
 import numpy as np
+import pytest
 
 
 def plan_albedo(part, bpy, ob):
     plan = part("scene.gather").gather(bpy.context, [ob], bounces=True)
     return plan.occluders.albedo, plan
+
+
+def triangle_of(plan, ob):
+    """The plan's first triangle of an object: surfaces are laid out by what they are, not by name."""
+    middles = plan.occluders.vertices[plan.occluders.triangles].mean(axis=1)
+    return np.flatnonzero(np.abs(middles - np.array(ob.location)).max(axis=1) < 1.0)[:1]
 
 
 def test_constant_texture_and_attribute(blender, part, scene, stage):
@@ -24,10 +31,11 @@ def test_constant_texture_and_attribute(blender, part, scene, stage):
     texture.image, texture.interpolation = stage.picture("Texels", texels), "Closest"
     tree.links.new(texture.outputs["Color"], tree.nodes["Diffuse BSDF"].inputs["Color"])
     albedo, plan = plan_albedo(part, blender, textured)
-    corner = plan.occluders.vertices[plan.occluders.triangles[0]]
+    mine = triangle_of(plan, textured)
+    (corner,) = plan.occluders.vertices[plan.occluders.triangles[mine]]
     nearest = int(np.argmin(corner[:, 0] + corner[:, 1]))  # the lower left corner, where the texel is red
     u, v = (np.array([1.0 if nearest == k else 0.0], dtype=np.float32) * 0.9 for k in (1, 2))
-    np.testing.assert_allclose(albedo.at(np.array([0]), u, v), [[1, 0, 0]])
+    np.testing.assert_allclose(albedo.at(mine, u, v), [[1, 0, 0]])
 
     coloured = stage.object_of("C", stage.grid(1, 1.0), stage.diffuse("Coloured"), (10, 0, 0))
     layer = coloured.data.color_attributes.new("Paint", "FLOAT_COLOR", "POINT")
@@ -36,8 +44,8 @@ def test_constant_texture_and_attribute(blender, part, scene, stage):
     node = tree.nodes.new("ShaderNodeVertexColor")
     node.layer_name = "Paint"
     tree.links.new(node.outputs["Color"], tree.nodes["Diffuse BSDF"].inputs["Color"])
-    albedo, _ = plan_albedo(part, blender, coloured)
-    np.testing.assert_allclose(albedo.at(np.array([0]), *middle()), [[0.5, 0.25, 0.125]], rtol=1e-6)
+    albedo, plan = plan_albedo(part, blender, coloured)
+    np.testing.assert_allclose(albedo.at(triangle_of(plan, coloured), *middle()), [[0.5, 0.25, 0.125]], rtol=1e-6)
 
 
 def middle():
@@ -52,16 +60,186 @@ def lower_left_red(ob):
     mesh.uv_layers.active.data.foreach_set("uv", (co / 2 + 0.5).ravel())
 
 
-def test_unknown_nodes_are_said(blender, part, scene, stage):
-    """A procedural colour cannot be followed: the person is told which, and what is taken instead."""
+def node_into_colour(material, kind, output):
+    """Feed the material's shader by a new node."""
+    tree = material.node_tree
+    shader = next(node for node in tree.nodes if node.bl_idname.startswith("ShaderNodeBsdf"))
+    node = tree.nodes.new(kind)
+    tree.links.new(node.outputs[output], shader.inputs[0])
+    return node
+
+
+def principled(bpy, **inputs):
+    material = bpy.data.materials.new("Principled")
+    material.use_nodes = True
+    for name, value in inputs.items():
+        material.node_tree.nodes["Principled BSDF"].inputs[name.replace("_", " ")].default_value = value
+    return material
+
+
+def shader_material(bpy, *shaders):
+    """A material of some shaders, (type, colour) each, mixed in equal parts."""
+    material = bpy.data.materials.new("Several")
+    material.use_nodes = True
+    tree = material.node_tree
+    tree.nodes.clear()
+    made = []
+    for kind, colour in shaders:
+        node = tree.nodes.new(kind)
+        node.inputs[0].default_value = (*colour, 1.0)
+        made.append(node.outputs[0])
+    while len(made) > 1:
+        mix = tree.nodes.new("ShaderNodeMixShader")
+        tree.links.new(made.pop(), mix.inputs[1])
+        tree.links.new(made.pop(), mix.inputs[2])
+        made.append(mix.outputs[0])
+    tree.links.new(made[0], tree.nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
+    return material
+
+
+def whereabouts(bpy):
+    """Everything that an evaluation must leave as it was."""
+    counts = {
+        collection.identifier: sorted(each.name for each in getattr(bpy.data, collection.identifier))
+        for collection in bpy.data.bl_rna.properties
+        if collection.type == "COLLECTION"
+    }
+    scene, active = bpy.context.scene, bpy.context.view_layer.objects.active
+    users = [(each.name, each.users) for kind in (bpy.data.materials, bpy.data.meshes) for each in kind]
+    selected = sorted(ob.name for ob in bpy.context.selected_objects)
+    return counts, users, scene.name, scene.render.engine, active and active.name, selected
+
+
+def test_cycles_evaluates_what_is_not_read(blender, part, scene, stage):
+    """A colour that is a function of position: the very values, on the faces of that slot only, and it is said."""
+    ob = stage.object_of("A", stage.grid(4, 1.0), stage.diffuse("Plain", (0.1, 0.2, 0.3)), (5.0, 6.0, 7.0))
+    special = stage.diffuse("Special")
+    node_into_colour(special, "ShaderNodeTexCoord", "Object")
+    ob.data.materials.append(special)
+    right = np.array([face.center.x > 0 for face in ob.data.polygons])
+    ob.data.polygons.foreach_set("material_index", right.astype(np.int32))
+    albedo, plan = plan_albedo(part, blender, ob)
+    triangle = np.arange(len(plan.occluders.triangles))
+    position = plan.occluders.vertices[plan.occluders.triangles] - (5.0, 6.0, 7.0)
+    at_corner_1 = albedo.at(triangle, np.ones(len(triangle), np.float32), np.zeros(len(triangle), np.float32))
+    here = position[:, :, 0].mean(axis=1) > 0
+    np.testing.assert_allclose(at_corner_1[here], np.clip(position[here, 1], 0, 1), atol=1e-3)
+    np.testing.assert_allclose(at_corner_1[~here], np.tile([[0.1, 0.2, 0.3]], (np.sum(~here), 1)), rtol=1e-6)
+    assert plan.warnings == [
+        "Material 'Special': its colour comes from 'Texture Coordinate'; Cycles evaluated it at the vertices."
+    ]
+
+
+def test_evaluation_leaves_no_trace(blender, part, scene, stage):
+    """Data-blocks and their users, selection, active object and engine; in two scenes and any mode."""
+    noisy = stage.diffuse("Noisy")
+    node_into_colour(noisy, "ShaderNodeTexNoise", "Color")
+    one = stage.object_of("One", stage.grid(4), noisy)
+    two = stage.object_of("Two", stage.grid(2), shader_material(blender, ("ShaderNodeBsdfGlass", (1, 1, 1))), (3, 0, 0))
+    blender.context.view_layer.objects.active = two
+    one.select_set(True)
+    before = whereabouts(blender)
+    _, plan = plan_albedo(part, blender, one)
+    assert len(plan.warnings) == 2 and all("Cycles evaluated it" in said for said in plan.warnings)
+    assert whereabouts(blender) == before
+
+
+def test_colour_of_a_metal_and_of_what_is_transparent(blender, part, scene, stage):
+    """Metallic and alpha change neither way of finding the colour."""
+    colour = (0.6, 0.3, 0.1, 1.0)
+    direct = principled(blender, Base_Color=colour, Metallic=1.0, Alpha=0.25)
+    by_cycles = principled(blender, Metallic=1.0, Alpha=0.25)
+    combined = node_into_colour(by_cycles, "ShaderNodeCombineColor", 0)
+    for k in range(3):
+        combined.inputs[k].default_value = colour[k]
+    for material in (direct, by_cycles):
+        ob = stage.object_of("Metal", stage.grid(1), material)
+        albedo, _ = plan_albedo(part, blender, ob)
+        np.testing.assert_allclose(albedo.at(np.array([0]), *middle()), [colour[:3]], rtol=1e-4)
+        blender.data.objects.remove(ob)
+
+
+def test_materials_of_several_shaders(blender, part, scene, stage):
+    """What they reflect adds up, glossy or not; what they let through does not count."""
+    red, green, blue = (0.8, 0, 0), (0, 0.8, 0), (0, 0, 0.8)
+    diffuse, glossy, clear = "ShaderNodeBsdfDiffuse", "ShaderNodeBsdfAnisotropic", "ShaderNodeBsdfTransparent"
+    cases = [
+        ([(diffuse, red), (diffuse, green)], (0.4, 0.4, 0)),
+        ([(diffuse, red), (glossy, blue)], (0.4, 0, 0.4)),
+        ([(glossy, blue)], blue),
+        ([(diffuse, red), (clear, (1, 1, 1))], red),
+        ([(glossy, green), (clear, (1, 1, 1))], green),
+    ]
+    for shaders, expected in cases:
+        ob = stage.object_of("Mixed", stage.grid(1), shader_material(blender, *shaders))
+        albedo, _ = plan_albedo(part, blender, ob)
+        np.testing.assert_allclose(albedo.at(np.array([0]), *middle())[0], expected, atol=0.02, err_msg=str(shaders))
+        blender.data.objects.remove(ob)
+
+
+@pytest.mark.parametrize(
+    ("kind", "output", "evaluations"), [("ShaderNodeNewGeometry", "Position", 2), ("ShaderNodeTexNoise", 1, 1)]
+)
+def test_unread_colours_of_instances(blender, part, scene, stage, monkeypatch, kind, output, evaluations):
+    """Each where it stands, if its colour depends on the place in the world; else once for all."""
+    material = stage.diffuse("Placed")
+    node_into_colour(material, kind, output)
+    thing = stage.object_of("Thing", stage.grid(1, 0.01), material, (0, 0, 0))
+    holder = blender.data.collections.new("Holder")
+    scene.collection.objects.unlink(thing)
+    holder.objects.link(thing)
+    for x in (0.25, 0.75):
+        empty = blender.data.objects.new("Instancer", None)
+        empty.location, empty.instance_type, empty.instance_collection = (x, 0, 0), "COLLECTION", holder
+        scene.collection.objects.link(empty)
+    ground = stage.object_of("Ground", stage.grid(1), location=(0, 0, -1))
+    module, evaluated = part("scene.cycles_colour"), []
+    bake = module._baked
+    monkeypatch.setattr(module, "_baked", lambda *args: evaluated.append(args[1]) or bake(*args))
+    albedo, plan = plan_albedo(part, blender, ground)
+    assert evaluated == ["DIFFUSE"] * evaluations
+    assert len(plan.warnings) == 1, "each material is named once"
+    count = len(plan.occluders.triangles)
+    colours = albedo.at(np.arange(count), *np.full((2, count), 1 / 3, dtype=np.float32))
+    if kind == "ShaderNodeNewGeometry":
+        np.testing.assert_allclose(np.sort(colours[2:, 0]), [0.25, 0.25, 0.75, 0.75], atol=0.01)
+    else:
+        np.testing.assert_array_equal(colours[2:4], colours[4:6])
+        assert np.ptp(colours[2:4]) > 0
+
+
+def test_without_cycles_the_viewport_colour_stands_in(blender, part, scene, stage, monkeypatch):
+    """Blender refuses to bake, as it does in some contexts: the person is told what is taken instead."""
     ob = stage.object_of("A", stage.grid(1, 1.0), stage.diffuse("Noisy"))
     material = ob.data.materials[0]
     material.diffuse_color = (0.2, 0.4, 0.6, 1.0)
-    noise = material.node_tree.nodes.new("ShaderNodeTexNoise")
-    material.node_tree.links.new(noise.outputs["Color"], material.node_tree.nodes["Diffuse BSDF"].inputs["Color"])
+    node_into_colour(material, "ShaderNodeTexNoise", "Color")
+    before = whereabouts(blender)
+
+    def refuses(*_args, **_options):
+        raise RuntimeError("Operator bpy.ops.object.bake.poll() failed, context is incorrect")
+
+    monkeypatch.setattr(part("scene.cycles_colour"), "_baked", refuses)
     albedo, plan = plan_albedo(part, blender, ob)
     np.testing.assert_allclose(albedo.constant[0], (0.2, 0.4, 0.6), rtol=1e-6)
-    assert len(plan.warnings) == 1 and "Noisy" in plan.warnings[0] and "Noise Texture" in plan.warnings[0]
+    assert plan.warnings == [
+        "Material 'Noisy': its colour comes from 'Noise Texture'; light takes on its viewport colour."
+    ]
+    assert whereabouts(blender) == before
+
+
+def test_missing_image_is_not_pink(blender, part, scene, stage):
+    """Cycles shows it in pink; light must not take that on."""
+    material = stage.diffuse("Torn")
+    material.diffuse_color = (0.2, 0.4, 0.6, 1.0)
+    node = node_into_colour(material, "ShaderNodeTexImage", "Color")
+    node.image = blender.data.images.new("Lost", 1, 1)
+    node.image.source, node.image.filepath = "FILE", "//lost.png"
+    ob = stage.object_of("A", stage.grid(1, 1.0), material)
+    lower_left_red(ob)
+    albedo, plan = plan_albedo(part, blender, ob)
+    np.testing.assert_allclose(albedo.at(np.array([0]), *middle()), [[0.2, 0.4, 0.6]], rtol=1e-6)
+    assert "'Lost' cannot be read" in plan.warnings[0] and "viewport colour" in plan.warnings[0]
 
 
 def test_light_takes_on_the_colour_it_bounced_off(blender, part, scene, stage):

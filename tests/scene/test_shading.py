@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Materials get the relight group beside their own nodes, and are given back as they were."""
 
+import pytest
+
 
 def test_add_remove_add_restores_the_tree(blender, part, scene, stage):
     """Node by node, setting by setting, link by link."""
@@ -100,3 +102,19 @@ def test_base_colour_is_followed(blender, part, scene, stage):
     tree.links.remove(link)
     blender.context.view_layer.update()
     assert not ours.is_linked
+
+
+def test_material_without_nodes_keeps_its_colour_and_gets_them_off_again(blender, part, scene, stage):
+    """Before 5.0 a material can be its viewport colour alone: shown, bounced, and given back so."""
+    if blender.app.version >= (5, 0, 0):
+        pytest.skip("all materials have nodes")
+    material = blender.data.materials.new("Plain")
+    material.diffuse_color = (0.1, 0.2, 0.3, 1.0)
+    ob = stage.object_of("Cube", stage.cube(), material)
+    part("scene.shading").add_shading([ob])
+    group = next(part("scene.shading").our_nodes(material.node_tree))
+    assert tuple(group.inputs["Base Color"].default_value) == tuple(material.diffuse_color)
+    albedo = part("scene.gather").gather(blender.context, [ob], bounces=True).occluders.albedo
+    assert tuple(albedo.constant[0]) == tuple(material.diffuse_color)[:3]
+    part("scene.shading").remove_shading([ob])
+    assert not material.use_nodes

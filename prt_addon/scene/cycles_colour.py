@@ -1,0 +1,189 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Colours of materials whose nodes we do not read, evaluated by Cycles itself at the corners of a mesh.
+
+Blender's own colour bake runs on a copy of the evaluated mesh, alone in a scene of its own, and all of it is removed
+again: selection, engine and data-blocks of the file stay what they were.
+
+Where the colour of one shader is asked for, a copy of the material shows it as a Diffuse BSDF, so that metallic,
+specular and alpha do not change it. Else the whole material is evaluated: the colours of its diffuse and of its glossy
+reflection are added, because the first of a metal is black, and divided by its opacity.
+
+Limits: Generated coordinates are those of the evaluated mesh, Object Info's Random differs, and nodes that look at
+other objects (Ambient Occlusion, Bevel) find none.
+
+One evaluation takes some hundredths of a second at least, as Blender sets up a render for it. A thousand instances of
+one thing are therefore evaluated once, unless a node of its materials may ask where it stands.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+import numpy.typing as npt
+
+from .nodes import feeding_socket
+
+Float32 = npt.NDArray[np.float32]
+
+_LAYER = "prt_cycles_colour"
+
+_ASK_FOR_PLACE = {
+    "ShaderNodeAmbientOcclusion",
+    "ShaderNodeAttribute",
+    "ShaderNodeBevel",
+    "ShaderNodeCameraData",
+    "ShaderNodeHairInfo",
+    "ShaderNodeNewGeometry",
+    "ShaderNodeObjectInfo",
+    "ShaderNodeParticleInfo",
+    "ShaderNodePointInfo",
+    "ShaderNodeScript",
+    "ShaderNodeVectorTransform",
+    "ShaderNodeWireframe",
+}
+"""Nodes whose value may be another for another instance."""
+
+_remembered: dict[object, Float32] | None = None
+"""Evaluations of the scene that is being read; None while none is, as pointers to its data are valid no longer."""
+
+
+@dataclass(frozen=True)
+class Unread:
+    """A material that Cycles shall evaluate; `colour` is the input whose colour is wanted, None for the whole."""
+
+    material: bpy.types.Material
+    colour: bpy.types.NodeSocket | None = None
+
+
+def corner_colours(
+    ob: bpy.types.Object, matrix: npt.NDArray[np.float64], slots: Mapping[int, Unread]
+) -> Float32 | None:
+    """(corners, 3) linear colours of an evaluated object's mesh under a (4, 4) matrix, on faces of some material slots.
+
+    Args:
+        slots: which, and their materials; the colours of other faces mean nothing.
+
+    Returns:
+        None if Blender cannot bake now: Cycles is disabled, or the context forbids it.
+    """
+    if _remembered is None or not all(_same_everywhere(unread.material.node_tree) for unread in slots.values()):
+        return _evaluated(ob, matrix, slots)
+    wanted = tuple((index, unread.material.name_full, unread.colour is None) for index, unread in slots.items())
+    key = ob.data.as_pointer(), len(ob.data.loops), len(ob.data.polygons), wanted
+    if key not in _remembered:
+        colours = _evaluated(ob, matrix, slots)
+        if colours is None:
+            return None
+        _remembered[key] = colours
+    return _remembered[key]
+
+
+@contextmanager
+def remember_instances() -> Iterator[None]:
+    """While one state of the scene is read: evaluate what looks the same everywhere once, for all of its instances."""
+    global _remembered
+    _remembered = {}
+    try:
+        yield
+    finally:
+        _remembered = None
+
+
+def _same_everywhere(tree: bpy.types.NodeTree | None) -> bool:
+    """Whether no node of a tree may ask where the object stands."""
+    for node in tree.nodes if tree else ():
+        if node.bl_idname in _ASK_FOR_PLACE:
+            return False
+        if node.bl_idname == "ShaderNodeTexCoord" and (
+            node.object or any(node.outputs[name].is_linked for name in ("Camera", "Window", "Reflection"))
+        ):
+            return False
+        if node.bl_idname == "ShaderNodeGroup" and not _same_everywhere(node.node_tree):
+            return False
+    return True
+
+
+def _evaluated(ob: bpy.types.Object, matrix: npt.NDArray[np.float64], slots: Mapping[int, Unread]) -> Float32 | None:
+    mesh = bpy.data.meshes.new_from_object(ob)
+    copies: list[bpy.types.Material] = []
+    try:
+        while len(mesh.materials) <= max(slots):
+            mesh.materials.append(None)
+        for index in range(len(mesh.materials)):
+            unread = slots.get(index)
+            if unread and unread.colour:
+                copies.append(_matte_copy(unread.material.original, unread.colour))
+                mesh.materials[index] = copies[-1]
+            else:
+                mesh.materials[index] = unread.material.original if unread else None
+        whole = any(unread.colour is None for unread in slots.values())
+        with _alone_in_a_scene(ob, mesh, matrix):
+            diffuse = _baked(mesh, "DIFFUSE")
+            glossy = _baked(mesh, "GLOSSY") if whole else np.zeros_like(diffuse)
+    except (RuntimeError, TypeError):  # the operator refuses; the engine is not registered
+        return None
+    finally:
+        bpy.data.meshes.remove(mesh)
+        for copy in copies:
+            bpy.data.materials.remove(copy)
+    opacity = diffuse[:, 3:]
+    opaque = np.where(opacity > 0.0, opacity, np.float32(1.0))
+    colour: Float32 = (diffuse[:, :3] + glossy[:, :3]) / opaque
+    return colour
+
+
+def _matte_copy(material: bpy.types.Material, colour: bpy.types.NodeSocket) -> bpy.types.Material:
+    """A copy of a material whose surface is a Diffuse BSDF of what feeds one of its colour inputs."""
+    source = feeding_socket(colour)
+    copy = material.copy()
+    tree = copy.node_tree
+    shader = tree.nodes.new("ShaderNodeBsdfDiffuse")
+    if source:
+        outputs = {output.identifier: output for output in tree.nodes[source.node.name].outputs}
+        tree.links.new(outputs[source.identifier], shader.inputs["Color"])
+    tree.links.new(shader.outputs[0], tree.get_output_node("CYCLES").inputs["Surface"])
+    return copy
+
+
+@contextmanager
+def _alone_in_a_scene(ob: bpy.types.Object, mesh: bpy.types.Mesh, matrix: npt.NDArray[np.float64]) -> Iterator[None]:
+    """A context with only `mesh` in it, selected, as an object like `ob`; gone afterwards."""
+    here = bpy.context.scene
+    scene = bpy.data.scenes.new("PRT Colours")
+    stand_in = bpy.data.objects.new("PRT Colours", mesh)
+    try:
+        scene.render.engine = "CYCLES"
+        scene.cycles.samples = 1  # colours are exact with one
+        scene.cycles.device = "CPU"
+        scene.cycles.shading_system = here.cycles.shading_system
+        scene.render.threads_mode, scene.render.threads = here.render.threads_mode, here.render.threads
+        scene.frame_current = here.frame_current
+        stand_in.matrix_world = matrix.T.tolist()  # bpy wants columns
+        stand_in.color, stand_in.pass_index = ob.color, ob.pass_index
+        scene.collection.objects.link(stand_in)
+        layer = scene.view_layers[0]
+        stand_in.select_set(True, view_layer=layer)
+        layer.objects.active = stand_in
+        chosen = {"selected_objects": [stand_in], "selected_editable_objects": [stand_in]}
+        with bpy.context.temp_override(
+            scene=scene, view_layer=layer, object=stand_in, active_object=stand_in, **chosen
+        ):
+            yield
+    finally:
+        bpy.data.objects.remove(stand_in)
+        bpy.data.scenes.remove(scene)
+
+
+def _baked(mesh: bpy.types.Mesh, kind: str) -> Float32:
+    """(corners, 4) a colour pass of the active object, whose mesh this is."""
+    if _LAYER not in mesh.attributes:
+        mesh.attributes.new(_LAYER, "FLOAT_COLOR", "CORNER")
+    mesh.color_attributes.active_color_name = _LAYER
+    bpy.ops.object.bake(type=kind, pass_filter={"COLOR"}, target="VERTEX_COLORS", use_clear=True)
+    values = np.empty(len(mesh.loops) * 4, dtype=np.float32)
+    mesh.attributes[_LAYER].data.foreach_get("color", values)
+    return values.reshape(-1, 4)
