@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from .core.bake import BakeSettings, Occluders, ReceiverGroup, bake_all, ray_count
 from .core.errors import Cancelled
+from .core.kept import KeptTraces
 
 
 class BakeJob:
@@ -82,7 +83,7 @@ class BakeJob:
     def _work(self, groups: list[ReceiverGroup], occluders: Occluders, threads: int) -> None:
         global _current
         try:
-            self._result = bake_all(groups, occluders, self.settings, self._advance, threads, self._tell)
+            self._result = bake_all(groups, occluders, self.settings, self._advance, threads, self._tell, _kept)
         except BaseException as error:  # handed to the main thread by result()
             self._error = error
         finally:
@@ -98,6 +99,7 @@ class BakeJob:
 
 
 _current: BakeJob | None = None
+_kept = KeptTraces()
 
 
 def running_job() -> BakeJob | None:
@@ -106,8 +108,9 @@ def running_job() -> BakeJob | None:
 
 
 def unregister() -> None:
-    """Stop a bake that runs while the extension is disabled."""
+    """Stop a bake that runs while the extension is disabled, and free what was kept."""
     job = running_job()
     if job:
         job.cancel()
         job.wait()
+    _kept.clear()

@@ -15,6 +15,7 @@ from .buried import Fill, FilledGather, Surroundings, find_buried, is_dark
 from .errors import MeshError
 from .hits import KeptHits, trace
 from .interreflection import interreflected
+from .kept import Findings, KeptTraces
 from .parallel import Progress, ignore_progress
 from .raycast import SMALLEST_SKIP, RayScene
 from .transport import Receivers, shadowed, unshadowed
@@ -125,6 +126,7 @@ def bake_all(
     progress: Progress = ignore_progress,
     threads: int | None = None,
     tell: Tell = tell_nobody,
+    kept: KeptTraces | None = None,
 ) -> list[Float32]:
     """As `bake`, with a bake apart for every group that has occluders of its own.
 
@@ -134,11 +136,11 @@ def bake_all(
     staying = [k for k, group in enumerate(groups) if group.own is None]
     results: dict[int, Float32] = {}
     if staying:
-        together = bake([groups[k] for k in staying], occluders, settings, progress, threads, tell)
+        together = bake([groups[k] for k in staying], occluders, settings, progress, threads, tell, kept)
         results.update(zip(staying, together, strict=True))
     for k, group in enumerate(groups):
         if group.own is not None:
-            [results[k]] = bake([group], group.own, settings, progress, threads, tell)
+            [results[k]] = bake([group], group.own, settings, progress, threads, tell, kept)
     return [results[k] for k in range(len(groups))]
 
 
@@ -149,6 +151,7 @@ def bake(
     progress: Progress = ignore_progress,
     threads: int | None = None,
     tell: Tell = tell_nobody,
+    kept: KeptTraces | None = None,
 ) -> list[Float32]:
     """Transport of every group: (N, 9) float32 each, or (N, 9, 3) RGB if interreflected.
 
@@ -158,13 +161,16 @@ def bake(
     Receivers inside other geometry are filled from their neighbours (see `buried`), in whichever mode casts rays; `tell`
     is told their share, and of objects that no light reaches or that float32 is too coarse for.
 
+    Args:
+        kept: where traces of interreflected bakes are kept; one that is found there needs no new rays.
+
     Raises:
         MeshError: coordinates that are not finite, or nothing to cast rays at.
         RayCasterMissing: the mode casts rays and embreex is not installed.
         Cancelled: if `progress` raised it.
     """
     if settings.mode == "INTERREFLECTED":
-        traced = trace_groups(groups, occluders, settings, progress, threads, tell)
+        traced = _kept_or_traced(groups, occluders, settings, progress, threads, tell, kept or KeptTraces(0))
         return bounce(traced, occluders, settings, progress, threads)
     _check_finite(groups)
     if settings.mode == "UNSHADOWED":
@@ -175,6 +181,33 @@ def bake(
     around = Surroundings(scene, occluders.vertices, occluders.triangles)
     _fill(around, groups, receivers, direct, settings.seed, progress, threads, tell)
     return _split(direct, [len(group) for group in groups])
+
+
+def _kept_or_traced(
+    groups: Sequence[ReceiverGroup],
+    occluders: Occluders,
+    settings: BakeSettings,
+    progress: Progress,
+    threads: int | None,
+    tell: Tell,
+    kept: KeptTraces,
+) -> Traced:
+    numbers = {id(group): number for number, group in enumerate(groups)}
+
+    def trace_now() -> tuple[Traced, Findings]:
+        findings: Findings = []
+
+        def note(group: ReceiverGroup, sentence: str) -> None:
+            findings.append((numbers[id(group)], sentence))
+
+        return trace_groups(groups, occluders, settings, progress, threads, note), findings
+
+    traced, findings, was_kept = kept.get_or_trace(groups, occluders, settings, trace_now)
+    if was_kept:
+        progress(ray_count(groups, settings))
+    for number, sentence in findings:
+        tell(groups[number], sentence)
+    return traced
 
 
 def trace_groups(

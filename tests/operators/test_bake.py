@@ -164,3 +164,27 @@ def test_cancel_changes_nothing_and_a_second_bake_is_refused_meanwhile(blender, 
         job.result()
     assert jobs.running_job() is None and blender.ops.prt.bake.poll()
     assert "_PRT_0" not in ob.data.attributes
+
+
+def test_another_colour_needs_no_new_rays(blender, part, scene, stage, monkeypatch):
+    """Within a session: edit a colour or the bounces, bake again without a ray, and get the bits of a full bake."""
+    material = stage.diffuse(colour=(0.8, 0.2, 0.2))
+    ob = stage.object_of("Ball", stage.icosphere(3), material)
+    stage.object_of("Floor", stage.grid(10, 2.0), material, (0, 0, -1))
+    blender.ops.prt.bake(mode="INTERREFLECTED", samples=64)
+    red = transport(part, ob)
+    material.node_tree.nodes["Diffuse BSDF"].inputs["Color"].default_value = (0.2, 0.9, 0.2, 1.0)
+
+    def no_rays(*_):
+        raise AssertionError("a ray was cast")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(part("core.raycast").RayScene, "hits", no_rays)
+        blender.ops.prt.bake(mode="INTERREFLECTED", samples=64, bounces=5)
+        with pytest.raises(RuntimeError, match="a ray was cast"):
+            blender.ops.prt.bake(mode="INTERREFLECTED", samples=65)
+    green = transport(part, ob)
+    part("bake_job")._kept.clear()
+    blender.ops.prt.bake(mode="INTERREFLECTED", samples=64, bounces=5)
+    assert np.array_equal(transport(part, ob), green)
+    assert not np.array_equal(red, green)
