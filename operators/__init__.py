@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import bpy
 
-from . import bake, check, light, remove, shading
+from . import bake, check, interchange, light, remove, shading
 
 register, unregister = bpy.utils.register_classes_factory(
-    (*bake.CLASSES, *check.CLASSES, *light.CLASSES, *shading.CLASSES, *remove.CLASSES)
+    (*bake.CLASSES, *check.CLASSES, *light.CLASSES, *shading.CLASSES, *remove.CLASSES, *interchange.CLASSES)
 )

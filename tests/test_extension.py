@@ -41,7 +41,17 @@ def all_handlers(bpy):
 
 def test_every_operator_and_property_has_a_tooltip(blender, scene):
     """Nothing in the interface is left unexplained."""
-    for name in ("bake", "cancel", "project_light", "add_shading", "remove_shading", "remove"):
+    for name in (
+        "bake",
+        "cancel",
+        "project_light",
+        "add_shading",
+        "remove_shading",
+        "remove",
+        "check",
+        "export_games202",
+        "import_games202",
+    ):
         rna = getattr(blender.ops.prt, name).get_rna_type()
         assert rna.description and not rna.description.endswith(".")
         for prop in rna.properties:

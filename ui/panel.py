@@ -109,6 +109,20 @@ class PRT_PT_shading(Tab, bpy.types.Panel):
         layout.operator("prt.remove", text="Remove Everything", icon="TRASH")
 
 
+class PRT_PT_interchange(Tab, bpy.types.Panel):
+    """Files of other programs"""
+
+    bl_idname = "PRT_PT_interchange"
+    bl_parent_id = "PRT_PT_bake"
+    bl_label = "Files"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, _context: bpy.types.Context) -> None:
+        column = self.layout.column(align=True)
+        column.operator("prt.import_games202", icon="IMPORT")
+        column.operator("prt.export_games202", icon="EXPORT")
+
+
 _ICONS = {"FRESH": "CHECKMARK", "UNCHECKED": "CHECKMARK", "STALE": "ERROR", "UNKNOWN": "QUESTION", "NEVER": "DOT"}
 
 
@@ -124,4 +138,4 @@ def _draw_freshness(column: bpy.types.UILayout, found: freshness.Freshness) -> N
         column.label(text=line, icon="BLANK1")
 
 
-CLASSES = (PRT_PT_bake, PRT_PT_meshes, PRT_PT_light, PRT_PT_shading)
+CLASSES = (PRT_PT_bake, PRT_PT_meshes, PRT_PT_light, PRT_PT_shading, PRT_PT_interchange)

@@ -14,6 +14,8 @@ import numpy.typing as npt
 
 from ..core import sh
 from ..core.envmap import project_equirect
+from ..core.errors import LightError
+from ..core.rotation import rotation_matrix
 from .images import linear_pixels
 from .sky import EnvironmentSky
 
@@ -75,6 +77,29 @@ def read_light(world: bpy.types.World) -> npt.NDArray[np.float64]:
 def read_turn(world: bpy.types.World) -> npt.NDArray[np.float64]:
     """The (3, 3) rotation R that the drivers hold: the sky seen along w is the picture's along R w."""
     return np.array([list(world[name]) for name in TURN]).T
+
+
+def shown_light(world: bpy.types.World) -> npt.NDArray[np.float64]:
+    """(9, 3) the light as it is turned and scaled now.
+
+    Raises:
+        LightError: if the world carries none.
+    """
+    if not has_light(world):
+        raise LightError("The scene's world carries no SH light: project it first (prt.project_light).")
+    bpy.context.view_layer.update()  # the drivers' latest word
+    return float(world[STRENGTH]) * (rotation_matrix(read_turn(world).T) @ read_light(world))
+
+
+def write_still_light(world: bpy.types.World, light: npt.NDArray[np.float64]) -> None:
+    """Store a light (9, 3) that follows no nodes: unturned, at strength 1."""
+    remove_light(world)
+    store_light(world, light)
+    for name, axis in zip(TURN, np.eye(3), strict=True):
+        world[name] = axis.tolist()
+    world[STRENGTH] = 1.0
+    world[RECORD] = {"version": LIGHT_VERSION, "order": sh.ORDER}
+    world.update_tag()
 
 
 def has_light(world: bpy.types.World | None) -> bool:

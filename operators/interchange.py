@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The GAMES202 course's files: write them from the active mesh and the world, and read them back."""
+
+from pathlib import Path
+
+import bpy
+from bpy.props import StringProperty
+
+from ..prt_addon.core.errors import LightError, MeshError
+from ..prt_addon.scene import gather, interchange, shading
+from ..prt_addon.scene.modes import object_mode
+from ..prt_addon.scene.prepare import check_bakeable
+from .reporting import reports_errors
+
+
+class Games202Folder:
+    """Mixin of the folder that holds light.txt and transport.txt, chosen in the file browser or given by a script."""
+
+    directory: StringProperty(  # type: ignore[valid-type]
+        name="Folder", description="Folder that holds light.txt and transport.txt", subtype="DIR_PATH"
+    )
+    filter_folder: bpy.props.BoolProperty(  # type: ignore[valid-type]
+        name="Show Folders", description="Show folders in the file browser", default=True, options={"HIDDEN"}
+    )
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
+        """Ask for the folder."""
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    def _folder(self) -> Path:
+        return Path(bpy.path.abspath(self.directory))
+
+
+class PRT_OT_export_games202(Games202Folder, bpy.types.Operator):
+    """Write the active mesh's transport and the world's light, as it is turned now, as the GAMES202 course's framework reads them"""
+
+    bl_idname = "prt.export_games202"
+    bl_label = "Export GAMES202"
+
+    @reports_errors
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        with object_mode(context):
+            interchange.export_files(_active_mesh(context), _world(context), self._folder())
+        self.report({"INFO"}, f"Wrote light.txt and transport.txt into '{self._folder()}'.")
+        return {"FINISHED"}
+
+
+class PRT_OT_import_games202(Games202Folder, bpy.types.Operator):
+    """Read transport.txt onto the active mesh and light.txt into the world, and relight the mesh with them"""
+
+    bl_idname = "prt.import_games202"
+    bl_label = "Import GAMES202"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @reports_errors
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        ob = _active_mesh(context)
+        shading.check_materials([ob])
+        with object_mode(context):
+            check_bakeable(ob, ob.data)
+            flavour = interchange.import_files(ob, _world(context), self._folder())
+        for warning in shading.add_shading([ob]):
+            self.report({"WARNING"}, warning)
+        scale = "with" if flavour == "RADIANCE" else "without"
+        self.report({"INFO"}, f"Read light and transport, which was {scale} its 1/pi, onto '{ob.name}'.")
+        return {"FINISHED"}
+
+
+def _active_mesh(context: bpy.types.Context) -> bpy.types.Object:
+    ob = context.view_layer.objects.active
+    if ob is not None and ob.type == "MESH":
+        return ob
+    objects = gather.objects_to_bake(context)
+    if len(objects) > 1:
+        raise MeshError("These files hold one mesh: make the one that is meant active.")
+    return objects[0]
+
+
+def _world(context: bpy.types.Context) -> bpy.types.World:
+    if context.scene.world is None:
+        raise LightError(f"Scene '{context.scene.name}' has no world: add one in World properties.")
+    return context.scene.world
+
+
+CLASSES = (PRT_OT_export_games202, PRT_OT_import_games202)
