@@ -67,14 +67,20 @@ def studio_hdri(name: str) -> Path:
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Hide what Blender's C code writes to the terminal: a line per tile would bury the progress."""
+    """Hide what Blender's C code writes to the terminal: a line per tile would bury the progress.
+
+    What goes wrong still raises.
+    """
     sys.stdout.flush()
-    saved = os.dup(1)
+    sys.stderr.flush()
+    saved = {stream: os.dup(stream) for stream in (1, 2)}
     with Path(os.devnull).open("w") as nowhere:
-        os.dup2(nowhere.fileno(), 1)
+        for stream in saved:
+            os.dup2(nowhere.fileno(), stream)
         try:
             yield
         finally:
             sys.stdout.flush()
-            os.dup2(saved, 1)
-            os.close(saved)
+            for stream, copy in saved.items():
+                os.dup2(copy, stream)
+                os.close(copy)

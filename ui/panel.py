@@ -131,11 +131,10 @@ def _draw_freshness(column: bpy.types.UILayout, found: freshness.Freshness) -> N
     headline, *details = found.lines
     if found.state == "FRESH":
         headline = "fresh when last checked"
-    row = column.row()
-    row.label(text=f"{found.name}: {headline}", icon=_ICONS[found.state])
-    row.operator("prt.check", text="Check")
+    column.label(text=f"{found.name}: {headline}", icon=_ICONS[found.state])
     for line in details:
         column.label(text=line, icon="BLANK1")
+    column.operator("prt.check", text="Check", icon="VIEWZOOM")
 
 
 CLASSES = (PRT_PT_bake, PRT_PT_meshes, PRT_PT_light, PRT_PT_shading, PRT_PT_interchange)
