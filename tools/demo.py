@@ -23,7 +23,7 @@ from tqdm import tqdm
 
 STILLS = 4
 TURN_FRAMES = 24
-CYCLES_SAMPLES = 128
+CYCLES_SAMPLES = 64
 
 
 def main() -> None:
