@@ -4,7 +4,7 @@
 from pathlib import Path
 
 import bpy
-from bpy.props import StringProperty
+from bpy.props import BoolProperty, StringProperty
 
 from ..prt_addon.core.errors import LightError, MeshError
 from ..prt_addon.scene import gather, interchange, shading
@@ -19,7 +19,7 @@ class Games202Folder:
     directory: StringProperty(  # type: ignore[valid-type]
         name="Folder", description="Folder that holds light.txt and transport.txt", subtype="DIR_PATH"
     )
-    filter_folder: bpy.props.BoolProperty(  # type: ignore[valid-type]
+    filter_folder: BoolProperty(  # type: ignore[valid-type]
         name="Show Folders", description="Show folders in the file browser", default=True, options={"HIDDEN"}
     )
 

@@ -170,7 +170,10 @@ def bake(
         Cancelled: if `progress` raised it.
     """
     if settings.mode == "INTERREFLECTED":
-        traced = _kept_or_traced(groups, occluders, settings, progress, threads, tell, kept or KeptTraces(0))
+        if kept:
+            traced = _kept_or_traced(groups, occluders, settings, progress, threads, tell, kept)
+        else:
+            traced = trace_groups(groups, occluders, settings, progress, threads, tell)
         return bounce(traced, occluders, settings, progress, threads)
     _check_finite(groups)
     if settings.mode == "UNSHADOWED":

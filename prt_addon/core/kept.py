@@ -3,13 +3,14 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
+
+from .digest import digest
 
 if TYPE_CHECKING:
     from .bake import BakeSettings, Occluders, ReceiverGroup, Traced
@@ -51,13 +52,9 @@ class KeptTraces:
 
 def _key(groups: Sequence[ReceiverGroup], occluders: Occluders, settings: BakeSettings) -> bytes:
     """A digest of what rays depend on: all but the colours and the number of bounces."""
-    digest = hashlib.blake2b(digest_size=16)
-    digest.update(repr((settings.samples, settings.seed, [(group.name, group.radius) for group in groups])).encode())
-    arrays: list[npt.NDArray[Any] | None] = [occluders.vertices, occluders.triangles, occluders.corner_receiver]
+    numbers = settings.samples, settings.seed, [(group.name, group.radius) for group in groups]
+    parts: list[npt.NDArray[Any] | None] = [occluders.vertices, occluders.triangles, occluders.corner_receiver]
     for group in groups:
-        arrays += [group.points, group.normals, group.edges]
-    for array in arrays:
-        if array is not None:
-            digest.update(repr(array.shape).encode())
-            digest.update(np.ascontiguousarray(array).data)
-    return digest.digest()
+        parts += [group.points, group.normals, group.edges]
+    arrays: list[npt.NDArray[Any]] = [np.empty(0) if part is None else part for part in parts]
+    return digest(repr(numbers).encode(), *arrays)

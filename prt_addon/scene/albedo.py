@@ -23,7 +23,7 @@ from ..core.albedo import AlbedoPattern, CornerColours, Interpolation, TexturePa
 from ..core.errors import PictureError
 from .cycles_colour import Unread, corner_colours
 from .images import linear_pixels
-from .meshes import Surface
+from .meshes import Surface, index_array, layer_array
 from .nodes import diffuse_colour, feeding_socket, upstream, uses_nodes
 
 Float32 = npt.NDArray[np.float32]
@@ -195,12 +195,7 @@ def _colour_layer(node: bpy.types.Node, mesh: bpy.types.Mesh) -> str | None:
 
 def _corner_values(mesh: bpy.types.Mesh, layer: str, key: str, width: int) -> Float32:
     """(corners, width) of an attribute on points or corners."""
-    attribute = mesh.attributes[layer]
-    values = np.empty(len(attribute.data) * width, dtype=np.float32)
-    attribute.data.foreach_get(key, values)
-    values = values.reshape(-1, width)
-    if attribute.domain == "CORNER":
+    values = layer_array(mesh, layer, key, width)
+    if mesh.attributes[layer].domain == "CORNER":
         return values
-    vertex = np.empty(len(mesh.loops), dtype=np.int32)
-    mesh.loops.foreach_get("vertex_index", vertex)
-    return values[vertex]
+    return values[index_array(mesh.loops, "vertex_index")]

@@ -25,6 +25,7 @@ import bpy
 import numpy as np
 import numpy.typing as npt
 
+from .meshes import layer_array
 from .nodes import feeding_socket
 
 Float32 = npt.NDArray[np.float32]
@@ -184,6 +185,4 @@ def _baked(mesh: bpy.types.Mesh, kind: str) -> Float32:
         mesh.attributes.new(_LAYER, "FLOAT_COLOR", "CORNER")
     mesh.color_attributes.active_color_name = _LAYER
     bpy.ops.object.bake(type=kind, pass_filter={"COLOR"}, target="VERTEX_COLORS", use_clear=True)
-    values = np.empty(len(mesh.loops) * 4, dtype=np.float32)
-    mesh.attributes[_LAYER].data.foreach_get("color", values)
-    return values.reshape(-1, 4)
+    return layer_array(mesh, _LAYER, "color", 4)

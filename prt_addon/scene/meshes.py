@@ -67,6 +67,14 @@ def index_array(items: bpy.types.bpy_prop_collection, name: str, width: int = 1)
     return flat if width == 1 else flat.reshape(-1, width)
 
 
+def layer_array(mesh: bpy.types.Mesh, layer: str, key: str, width: int) -> npt.NDArray[np.float32]:
+    """(N, width) float32 of an attribute, in its own domain."""
+    data = mesh.attributes[layer].data
+    flat = np.empty(len(data) * width, dtype=np.float32)
+    data.foreach_get(key, flat)
+    return flat.reshape(-1, width)
+
+
 def same_topology(one: bpy.types.Mesh, other: bpy.types.Mesh) -> bool:
     """Whether two meshes have the same vertices in the same faces, so that attributes fit both."""
     if (len(one.vertices), len(one.loops), len(one.polygons)) != (

@@ -8,7 +8,6 @@ may differ in its last bit between machines.
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass, fields
 from functools import cached_property
@@ -21,13 +20,13 @@ import numpy.typing as npt
 from ..core import sh
 from ..core.albedo import TexturePatch
 from ..core.bake import BakeSettings
+from ..core.digest import digest
 from .albedo import SurfaceAlbedo
 from .meshes import index_array
 
 RECORD = "prt_bake"
 FORMAT_VERSION = 1
 _FINGERPRINT = "fingerprint"
-_DIGEST_BYTES = 16
 _ROUNDING = 2e-6  # of matrices, relative
 _LAYER_TYPES = {
     "FLOAT_VECTOR": ("vector", np.float32, 3),
@@ -60,7 +59,7 @@ class Identity:
         """What it adds to a `Crowd`: as an occluder, as what light bounces off, and with its colours."""
         occluder = self.shape + self.placement
         reflector = occluder + self.normals
-        occludes, reflects, colours = map(_digest, (occluder, reflector, reflector + self.colours))
+        occludes, reflects, colours = map(digest, (occluder, reflector, reflector + self.colours))
         return int.from_bytes(occludes), int.from_bytes(reflects), int.from_bytes(colours)
 
 
@@ -123,10 +122,10 @@ class Evidence:
             colours = self.own.colours.hex() if bounces else ""
         elif bounces:
             others = f"{self.others.reflectors:x}"
-            colours = _digest(self.own.colours, f"{self.others.colours:x}".encode()).hex()
+            colours = digest(self.own.colours, f"{self.others.colours:x}".encode()).hex()
         elif mode == "SHADOWED":
             others = f"{self.others.occluders:x}"
-        geometry = _digest(self.own.shape, self.own.normals).hex()
+        geometry = digest(self.own.shape, self.own.normals).hex()
         return Fingerprint(geometry, transform_of(self.matrix, mode, space), others, colours)
 
 
@@ -172,10 +171,10 @@ def identity(mesh: bpy.types.Mesh, matrix: npt.ArrayLike, albedo: SurfaceAlbedo 
     """Digests of an evaluated mesh under a matrix."""
     faces = index_array(mesh.polygons, "loop_start")
     return Identity(
-        shape=_digest(_layer(mesh, "position"), _layer(mesh, ".corner_vert"), faces),
-        normals=_digest(*_normal_sources(mesh)),
-        placement=_digest(np.asarray(matrix, dtype=np.float32) + np.float32(0.0)),  # -0 becomes 0
-        colours=_digest(*_colour_sources(albedo)) if albedo else b"",
+        shape=digest(_layer(mesh, "position"), _layer(mesh, ".corner_vert"), faces),
+        normals=digest(*_normal_sources(mesh)),
+        placement=digest(np.asarray(matrix, dtype=np.float32) + np.float32(0.0)),  # -0 becomes 0
+        colours=digest(*_colour_sources(albedo)) if albedo else b"",
     )
 
 
@@ -242,14 +241,4 @@ def _colour_sources(albedo: SurfaceAlbedo) -> Iterator[bytes | Array]:
 
 def _either_way_round(corners: Array) -> bytes:
     """Digest of values at the three corners of triangles, which are read the other way round where mirrored."""
-    return min(_digest(corners), _digest(corners[:, ::-1]))
-
-
-def _digest(*parts: bytes | Array) -> bytes:
-    """One digest of several things, each with its type and size, so that no two lists of things look alike."""
-    digest = hashlib.blake2b(digest_size=_DIGEST_BYTES)
-    for part in parts:
-        array = np.frombuffer(part, dtype=np.uint8) if isinstance(part, bytes) else np.ascontiguousarray(part)
-        digest.update(f"{array.dtype.str}{array.shape}".encode())
-        digest.update(array.reshape(-1).data)
-    return digest.digest()
+    return min(digest(corners), digest(corners[:, ::-1]))

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from ..core import sh
 from ..core.bake import BakeSettings
-from .meshes import Domain
+from .meshes import Domain, layer_array
 from .record import RECORD, Evidence, write_record
 
 LAYERS = tuple(f"_PRT_{i}" for i in range(sh.coefficient_count(sh.ORDER)))
@@ -69,13 +69,7 @@ def write(
 
 def read(mesh: bpy.types.Mesh) -> npt.NDArray[np.float32]:
     """(elements of the layers' domain, 9, 3) float32 of a baked mesh, in the axes that `space_of` tells."""
-    layers = []
-    for name in LAYERS:
-        data = mesh.attributes[name].data
-        rgba = np.empty(len(data) * 4, dtype=np.float32)
-        data.foreach_get("color", rgba)
-        layers.append(rgba.reshape(-1, 4)[:, :3])
-    return np.stack(layers, axis=1)
+    return np.stack([layer_array(mesh, name, "color", 4)[:, :3] for name in LAYERS], axis=1)
 
 
 def space_of(mesh: bpy.types.Mesh) -> Space:
