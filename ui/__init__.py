@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import bpy
 
-from . import panel
+from . import bake, files, light, shading
 
-register, unregister = bpy.utils.register_classes_factory(panel.CLASSES)
+register, unregister = bpy.utils.register_classes_factory(
+    (*bake.CLASSES, *light.CLASSES, *shading.CLASSES, *files.CLASSES)
+)

@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The relit surface in materials, and whether what is baked still holds."""
+
+from __future__ import annotations
+
+import bpy
+
+from ..prt_addon.scene import freshness
+from .tab import Tab
+
+
+class PRT_PT_shading(Tab, bpy.types.Panel):
+    """Hooking the relit surface into materials, and removing it"""
+
+    bl_idname = "PRT_PT_shading"
+    bl_parent_id = "PRT_PT_bake"
+    bl_label = "Shading"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = self.layout
+        ob = context.active_object
+        if ob and ob.type == "MESH":
+            _draw_freshness(layout.column(align=True), freshness.glance(context, ob))
+        row = layout.row(align=True)
+        row.operator("prt.add_shading", text="Add", icon="ADD")
+        row.operator("prt.remove_shading", text="Remove", icon="REMOVE")
+        layout.operator("prt.remove", text="Remove Everything", icon="TRASH")
+
+
+_ICONS = {"FRESH": "CHECKMARK", "UNCHECKED": "CHECKMARK", "STALE": "ERROR", "UNKNOWN": "QUESTION", "NEVER": "DOT"}
+
+
+def _draw_freshness(column: bpy.types.UILayout, found: freshness.Freshness) -> None:
+    """What is known of a bake, a line per cause: the sidebar is narrow."""
+    headline, *details = found.lines
+    if found.state == "FRESH":
+        headline = "fresh when last checked"
+    column.label(text=f"{found.name}: {headline}", icon=_ICONS[found.state])
+    for line in details:
+        column.label(text=line, icon="BLANK1")
+    column.operator("prt.check", text="Check", icon="VIEWZOOM")
+
+
+CLASSES = (PRT_PT_shading,)
