@@ -7,6 +7,13 @@ import bpy
 
 from . import bake, check, interchange, light, remove, shading
 
-register, unregister = bpy.utils.register_classes_factory(
-    (*bake.CLASSES, *check.CLASSES, *light.CLASSES, *shading.CLASSES, *remove.CLASSES, *interchange.CLASSES)
+CLASSES = (
+    *bake.CLASSES,
+    *check.CLASSES,
+    *light.CLASSES,
+    *shading.CLASSES,
+    *remove.CLASSES,
+    *interchange.CLASSES,
 )
+"""In the order of the menu."""
+register, unregister = bpy.utils.register_classes_factory(CLASSES)

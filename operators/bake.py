@@ -10,7 +10,7 @@ from bpy.props import BoolProperty
 from ..prt_addon.bake_job import BakeJob, running_job
 from ..prt_addon.core import raycast
 from ..prt_addon.core.errors import MeshError
-from ..prt_addon.scene import gather, light, prepare, shading, sky, transport_layers
+from ..prt_addon.scene import freshness, gather, light, prepare, shading, sky, transport_layers
 from ..prt_addon.scene.modes import object_mode
 from ..prt_addon.scene.settings import BakeProperties, PrepareProperties, bake_settings, preparation
 from .reporting import reports_errors
@@ -120,6 +120,7 @@ class PRT_OT_bake(BakeProperties, PrepareProperties, bpy.types.Operator):
                     "OBJECT" if receivers.group.own else "SCENE",
                     evidence,
                 )
+        freshness.note_baked(objects)
         if environment and self._light is not None:
             light.write_light(environment, self._light)
         if self.update_shading:

@@ -20,12 +20,15 @@ class PRT_OT_remove(bpy.types.Operator):
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
         objects = gather.objects_to_bake(context)
+        for ob in objects:
+            transport_layers.check_removable(ob)
+        shading.check_relit_materials(objects)
         with object_mode(context):
             for ob in objects:
                 transport_layers.remove(ob.data)
         shading.remove_shading(objects)
-        if not any(transport_layers.is_baked(mesh) for mesh in bpy.data.meshes) and context.scene.world:
-            light.remove_light(context.scene.world)
+        if not any(mesh.users and transport_layers.is_baked(mesh) for mesh in bpy.data.meshes):
+            light.remove_lights()
         self.report({"INFO"}, f"Removed PRT from {len(objects)} object(s).")
         return {"FINISHED"}
 

@@ -27,7 +27,14 @@ class PRT_PT_shading(Tab, bpy.types.Panel):
         layout.operator("prt.remove", text="Remove Everything", icon="TRASH")
 
 
-_ICONS = {"FRESH": "CHECKMARK", "UNCHECKED": "CHECKMARK", "STALE": "ERROR", "UNKNOWN": "QUESTION", "NEVER": "DOT"}
+_ICONS = {
+    "FRESH": "CHECKMARK",
+    "UNCHECKED": "CHECKMARK",
+    "STALE": "ERROR",
+    "UNKNOWN": "QUESTION",
+    "NEVER": "DOT",
+    "NEWER": "ERROR",
+}
 
 
 def _draw_freshness(column: bpy.types.UILayout, found: freshness.Freshness) -> None:

@@ -18,6 +18,10 @@ class PictureError(PRTError):
     """An image that cannot be read as it is."""
 
 
+class VersionError(PRTError):
+    """Stored data of a version that is not known yet."""
+
+
 class RayCasterMissing(PRTError):
     """embreex, the ray caster, is not installed for this Python or platform."""
 

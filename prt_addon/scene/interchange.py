@@ -14,6 +14,7 @@ from ..core.bake import BakeSettings
 from ..core.errors import MeshError
 from . import light, transport_layers
 from .meshes import index_array
+from .record import check_version
 
 LIGHT_FILE, TRANSPORT_FILE = "light.txt", "transport.txt"
 
@@ -25,8 +26,10 @@ def export_files(ob: bpy.types.Object, world: bpy.types.World, directory: Path) 
 
     Raises:
         MeshError: if the mesh is not baked.
+        VersionError: if a newer version baked it.
         LightError, OSError: if there is no light, or the folder cannot be written.
     """
+    check_version(ob)
     if not transport_layers.is_baked(ob.data):
         raise MeshError(f"Object '{ob.name}' is not baked: bake it, then export.")
     corners, vertices = _triangle_corners(ob.data)

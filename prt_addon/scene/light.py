@@ -17,7 +17,9 @@ from ..core.envmap import project_equirect
 from ..core.errors import LightError
 from ..core.rotation import rotation_matrix
 from .images import linear_pixels
+from .libraries import check_own, is_own
 from .sky import EnvironmentSky
+from .versions import refuse_newer, version_of
 
 LIGHT_VERSION = 1
 LIGHT = tuple(f"prt_light_{i}" for i in range(sh.coefficient_count(sh.ORDER)))
@@ -41,7 +43,9 @@ def picture_light(sky: EnvironmentSky) -> npt.NDArray[np.float64]:
 
     Raises:
         PictureError: if the picture cannot be read.
+        LightError, VersionError: if the world could not carry it; see `check_world`.
     """
+    check_world(sky.world)
     return project_equirect(linear_pixels(sky.image))
 
 
@@ -61,6 +65,17 @@ def write_light(sky: EnvironmentSky, light: npt.NDArray[np.float64]) -> None:
     }
     _follow(sky, mapping)
     sky.world.update_tag()
+
+
+def check_world(world: bpy.types.World) -> None:
+    """Raises LightError if a world cannot be changed, VersionError if it carries a light of a newer version."""
+    check_own(world, f"World '{world.name}'", "project it", LightError)
+    check_version(world)
+
+
+def check_version(world: bpy.types.World) -> None:
+    """Raises VersionError if a newer version projected a world."""
+    refuse_newer(f"World '{world.name}' was projected", version_of(world.get(RECORD)), LIGHT_VERSION)
 
 
 def store_light(world: bpy.types.World, light: npt.NDArray[np.float64]) -> None:
@@ -84,7 +99,9 @@ def shown_light(world: bpy.types.World) -> npt.NDArray[np.float64]:
 
     Raises:
         LightError: if the world carries none.
+        VersionError: if a newer version projected it.
     """
+    check_version(world)
     if not has_light(world):
         raise LightError("The scene's world carries no SH light: project it first (prt.project_light).")
     bpy.context.view_layer.update()  # the drivers' latest word
@@ -93,6 +110,7 @@ def shown_light(world: bpy.types.World) -> npt.NDArray[np.float64]:
 
 def write_still_light(world: bpy.types.World, light: npt.NDArray[np.float64]) -> None:
     """Store a light (9, 3) that follows no nodes: unturned, at strength 1."""
+    check_world(world)
     remove_light(world)
     store_light(world, light)
     for name, axis in zip(TURN, np.eye(3), strict=True):
@@ -123,6 +141,13 @@ def remove_light(world: bpy.types.World) -> bool:
     for name in present:
         del world[name]
     return bool(present)
+
+
+def remove_lights() -> None:
+    """Remove the light from all worlds, save those of libraries and of newer versions."""
+    for world in bpy.data.worlds:
+        if is_own(world) and version_of(world.get(RECORD)) <= LIGHT_VERSION:
+            remove_light(world)
 
 
 def insert_mapping(sky: EnvironmentSky) -> bpy.types.Node:

@@ -12,13 +12,15 @@ from collections.abc import Iterable, Iterator
 import bpy
 
 from ..core.errors import MeshError
+from .libraries import check_own
 from .nodes import HAD_NO_NODES, diffuse_colour, feeding_socket, uses_nodes
-from .relight_group import is_relight_group, relight_group
+from .relight_group import check_version, is_relight_group, relight_group
 from .transport_layers import is_baked
 
 OUTPUT = "PRT Output"
 MADE = "prt_made"
 """Custom property of a material that we made for an object that had none."""
+_ADD = "add the shading"
 _WERE_ACTIVE = "prt_were_active"
 _SLOT_ADDED = "prt_slot_added"
 
@@ -30,12 +32,27 @@ def materials_of(objects: Iterable[bpy.types.Object]) -> list[bpy.types.Material
 
 
 def check_materials(objects: Iterable[bpy.types.Object]) -> None:
-    """Raises MeshError for the first material that cannot be changed."""
+    """Raises MeshError for the first material, or mesh that lacks one, that cannot be changed; VersionError for the
+    first that a newer version relights.
+    """
+    objects = list(objects)
+    for ob in objects:
+        if not ob.material_slots or any(slot.material is None for slot in ob.material_slots):
+            check_own(ob.data, f"Mesh '{ob.data.name}' of '{ob.name}' needs a material, but", _ADD, MeshError)
     for material in materials_of(objects):
-        if not material.is_editable:
-            raise MeshError(
-                f"Material '{material.name}' is linked from a library: make it local, then add the shading."
-            )
+        _check_material(material, _ADD)
+
+
+def check_relit_materials(objects: Iterable[bpy.types.Object]) -> None:
+    """The same for the first material that is relit, and cannot be restored."""
+    for material in materials_of(objects):
+        if any(our_nodes(material.node_tree)):
+            _check_material(material, "remove the shading")
+
+
+def _check_material(material: bpy.types.Material, then: str) -> None:
+    check_own(material, f"Material '{material.name}'", then, MeshError)
+    check_version(material)
 
 
 def add_shading(objects: Iterable[bpy.types.Object]) -> list[str]:
