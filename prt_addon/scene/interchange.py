@@ -47,8 +47,10 @@ def import_files(ob: bpy.types.Object, world: bpy.types.World, directory: Path) 
         In which of the two scales in circulation the transport was.
 
     Raises:
+        LightError, VersionError: if the world cannot carry the light.
         InterchangeError, OSError: if a file is missing, broken or made for another mesh; nothing was changed.
     """
+    light.check_world(world)
     corners, _ = _triangle_corners(ob.data)
     coefficients = games202.read_light(directory / LIGHT_FILE)
     rows, flavour = games202.read_transport(directory / TRANSPORT_FILE, len(corners))
