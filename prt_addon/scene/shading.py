@@ -35,23 +35,23 @@ def check_materials(objects: Iterable[bpy.types.Object]) -> None:
     """Raises MeshError for the first material, or mesh that lacks one, that cannot be changed; VersionError for the
     first that a newer version relights.
     """
-    objects = list(objects)
     for ob in objects:
         if not ob.material_slots or any(slot.material is None for slot in ob.material_slots):
             check_own(ob.data, f"Mesh '{ob.data.name}' of '{ob.name}' needs a material, but", _ADD, MeshError)
-    for material in materials_of(objects):
-        _check_material(material, _ADD)
+        for material in materials_of([ob]):
+            _check_material(material, ob, _ADD)
 
 
 def check_relit_materials(objects: Iterable[bpy.types.Object]) -> None:
     """The same for the first material that is relit, and cannot be restored."""
-    for material in materials_of(objects):
-        if any(our_nodes(material.node_tree)):
-            _check_material(material, "remove the shading")
+    for ob in objects:
+        for material in materials_of([ob]):
+            if any(our_nodes(material.node_tree)):
+                _check_material(material, ob, "remove the shading")
 
 
-def _check_material(material: bpy.types.Material, then: str) -> None:
-    check_own(material, f"Material '{material.name}'", then, MeshError)
+def _check_material(material: bpy.types.Material, ob: bpy.types.Object, then: str) -> None:
+    check_own(material, f"Material '{material.name}' of '{ob.name}'", then, MeshError)
     check_version(material)
 
 
