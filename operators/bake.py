@@ -204,7 +204,11 @@ def _progress_bar(total: int) -> Any:
         from tqdm import tqdm
     except ImportError:  # run from a checkout by a Blender without it: bake all the same
         return None
-    return tqdm(total=total, unit="ray", unit_scale=True, desc="PRT", file=sys.stderr, disable=None)
+
+    class Bar(tqdm):  # type: ignore[type-arg]
+        monitor_interval = 0  # or it starts a thread that outlives the bake
+
+    return Bar(total=total, unit="ray", unit_scale=True, desc="PRT", file=sys.stderr, disable=None)
 
 
 CLASSES = (PRT_OT_bake, PRT_OT_cancel)

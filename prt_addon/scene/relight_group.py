@@ -41,6 +41,11 @@ def is_relight_group(tree: bpy.types.NodeTree | None) -> bool:
     return tree is not None and _VERSION in tree
 
 
+def is_newer(tree: bpy.types.NodeTree) -> bool:
+    """Whether one of our node groups is of a newer version, whose sockets nobody knows."""
+    return _version(tree) > GROUP_VERSION
+
+
 def check_version(material: bpy.types.Material) -> None:
     """Raises VersionError if a newer version relights a material."""
     for node in material.node_tree.nodes if material.node_tree else ():

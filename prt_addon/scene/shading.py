@@ -14,7 +14,7 @@ import bpy
 from ..core.errors import MeshError
 from .libraries import check_own
 from .nodes import HAD_NO_NODES, diffuse_colour, feeding_socket, uses_nodes
-from .relight_group import check_version, is_relight_group, relight_group
+from .relight_group import check_version, is_newer, is_relight_group, relight_group
 from .transport_layers import is_baked
 
 OUTPUT = "PRT Output"
@@ -118,7 +118,8 @@ def follow_base_colour(material: bpy.types.Material) -> None:
     Textures and nodes are linked and need no following; a plain number cannot be linked, and a driver from a material
     to itself would be a dependency cycle.
     """
-    group = next((node for node in our_nodes(material.node_tree) if node.bl_idname == "ShaderNodeGroup"), None)
+    groups = (node for node in our_nodes(material.node_tree) if node.bl_idname == "ShaderNodeGroup")
+    group = next((node for node in groups if not is_newer(node.node_tree)), None)
     albedo = diffuse_colour(material.node_tree.get_output_node("CYCLES")) if group else None
     if albedo and uses_nodes(material):
         _feed_base_colour(material.node_tree, group, albedo)

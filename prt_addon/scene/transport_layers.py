@@ -90,7 +90,8 @@ def remove(mesh: bpy.types.Mesh) -> bool:
     """Remove the layers and the record; True if there was any."""
     present = [name for name in LAYERS if name in mesh.attributes]
     for name in present:
-        mesh.attributes.remove(mesh.attributes[name])
+        while name in mesh.attributes:  # before 5.0, joining objects leaves one per domain
+            mesh.attributes.remove(mesh.attributes[name])
     recorded = RECORD in mesh
     if recorded:
         del mesh[RECORD]
