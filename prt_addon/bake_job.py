@@ -12,9 +12,10 @@ import time
 import numpy as np
 import numpy.typing as npt
 
-from .core.bake import BakeSettings, Occluders, ReceiverGroup, bake_all, ray_count
+from .core.bake import BakeSettings, Occluders, ReceiverGroup, Run, bake_all, ray_count
 from .core.errors import Cancelled
 from .core.kept import KeptTraces
+from .core.parallel import Workers
 
 
 class BakeJob:
@@ -82,8 +83,9 @@ class BakeJob:
 
     def _work(self, groups: list[ReceiverGroup], occluders: Occluders, threads: int) -> None:
         global _current
+        run = Run(Workers(threads, self._advance), self._tell, _kept)
         try:
-            self._result = bake_all(groups, occluders, self.settings, self._advance, threads, self._tell, _kept)
+            self._result = bake_all(groups, occluders, self.settings, run)
         except BaseException as error:  # handed to the main thread by result()
             self._error = error
         finally:

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -16,7 +16,7 @@ from .errors import MeshError
 from .hits import KeptHits, trace
 from .interreflection import interreflected
 from .kept import Findings, KeptTraces
-from .parallel import Progress, ignore_progress
+from .parallel import ALL_CORES, Workers
 from .raycast import SMALLEST_SKIP, RayScene
 from .transport import Receivers, shadowed, unshadowed
 
@@ -77,6 +77,24 @@ def tell_nobody(_group: ReceiverGroup, _sentence: str) -> None:
 
 
 @dataclass(frozen=True)
+class Run:
+    """How a bake is carried out: nothing that its result depends on.
+
+    workers: who casts the rays, and who watches.
+    tell: told what came out for each group.
+    kept: where traces of interreflected bakes are kept; one that is found there needs no new rays.
+    """
+
+    workers: Workers = ALL_CORES
+    tell: Tell = tell_nobody
+    kept: KeptTraces | None = None
+
+
+PLAINLY = Run()
+"""On all cores, unwatched, keeping nothing."""
+
+
+@dataclass(frozen=True)
 class Occluders:
     """All that blocks light, in world space.
 
@@ -123,10 +141,7 @@ def bake_all(
     groups: Sequence[ReceiverGroup],
     occluders: Occluders,
     settings: BakeSettings,
-    progress: Progress = ignore_progress,
-    threads: int | None = None,
-    tell: Tell = tell_nobody,
-    kept: KeptTraces | None = None,
+    run: Run = PLAINLY,
 ) -> list[Float32]:
     """As `bake`, with a bake apart for every group that has occluders of its own.
 
@@ -136,11 +151,11 @@ def bake_all(
     staying = [k for k, group in enumerate(groups) if group.own is None]
     results: dict[int, Float32] = {}
     if staying:
-        together = bake([groups[k] for k in staying], occluders, settings, progress, threads, tell, kept)
+        together = bake([groups[k] for k in staying], occluders, settings, run)
         results.update(zip(staying, together, strict=True))
     for k, group in enumerate(groups):
         if group.own is not None:
-            [results[k]] = bake([group], group.own, settings, progress, threads, tell, kept)
+            [results[k]] = bake([group], group.own, settings, run)
     return [results[k] for k in range(len(groups))]
 
 
@@ -148,52 +163,45 @@ def bake(
     groups: Sequence[ReceiverGroup],
     occluders: Occluders,
     settings: BakeSettings,
-    progress: Progress = ignore_progress,
-    threads: int | None = None,
-    tell: Tell = tell_nobody,
-    kept: KeptTraces | None = None,
+    run: Run = PLAINLY,
 ) -> list[Float32]:
     """Transport of every group: (N, 9) float32 each, or (N, 9, 3) RGB if interreflected.
 
-    Light bounces only off triangles whose corners are receivers: pass the groups of everything that shall bounce it, and
-    drop the results that are not wanted. The result has the same bits whatever the order of the groups, the number of threads and the chunk size.
+    Light bounces only off triangles whose corners are receivers: pass the groups of everything that shall bounce it,
+    and drop the results that are not wanted. The result has the same bits whatever the order of the groups, the number
+    of threads and the chunk size.
 
-    Receivers inside other geometry are filled from their neighbours (see `buried`), in whichever mode casts rays; `tell`
-    is told their share, and of objects that no light reaches or that float32 is too coarse for.
-
-    Args:
-        kept: where traces of interreflected bakes are kept; one that is found there needs no new rays.
+    Receivers inside other geometry are filled from their neighbours (see `buried`), in whichever mode casts rays;
+    `run.tell` is told their share, and of objects that no light reaches or that float32 is too coarse for.
 
     Raises:
         MeshError: coordinates that are not finite, or nothing to cast rays at.
         RayCasterMissing: the mode casts rays and embreex is not installed.
-        Cancelled: if `progress` raised it.
+        Cancelled: if the workers' progress raised it.
     """
     if settings.mode == "INTERREFLECTED":
-        if kept:
-            traced = _kept_or_traced(groups, occluders, settings, progress, threads, tell, kept)
+        if run.kept:
+            traced = _kept_or_traced(run.kept, groups, occluders, settings, run)
         else:
-            traced = trace_groups(groups, occluders, settings, progress, threads, tell)
-        return bounce(traced, occluders, settings, progress, threads)
+            traced = trace_groups(groups, occluders, settings, run)
+        return bounce(traced, occluders, settings, run)
     _check_finite(groups)
     if settings.mode == "UNSHADOWED":
         return [unshadowed(group.normals) for group in groups]
     scene = RayScene(occluders.vertices, occluders.triangles)
     receivers = _joined(groups, scene)
-    direct = shadowed(scene, receivers, settings.samples, settings.seed, progress, threads)
+    direct = shadowed(scene, receivers, settings.samples, settings.seed, run.workers)
     around = Surroundings(scene, occluders.vertices, occluders.triangles)
-    _fill(around, groups, receivers, direct, settings.seed, progress, threads, tell)
+    _fill(around, groups, receivers, direct, settings.seed, run)
     return _split(direct, [len(group) for group in groups])
 
 
 def _kept_or_traced(
+    kept: KeptTraces,
     groups: Sequence[ReceiverGroup],
     occluders: Occluders,
     settings: BakeSettings,
-    progress: Progress,
-    threads: int | None,
-    tell: Tell,
-    kept: KeptTraces,
+    run: Run,
 ) -> Traced:
     numbers = {id(group): number for number, group in enumerate(groups)}
 
@@ -203,13 +211,13 @@ def _kept_or_traced(
         def note(group: ReceiverGroup, sentence: str) -> None:
             findings.append((numbers[id(group)], sentence))
 
-        return trace_groups(groups, occluders, settings, progress, threads, note), findings
+        return trace_groups(groups, occluders, settings, replace(run, tell=note)), findings
 
     traced, findings, was_kept = kept.get_or_trace(groups, occluders, settings, trace_now)
     if was_kept:
-        progress(ray_count(groups, settings))
+        run.workers.progress(ray_count(groups, settings))
     for number, sentence in findings:
-        tell(groups[number], sentence)
+        run.tell(groups[number], sentence)
     return traced
 
 
@@ -217,18 +225,16 @@ def trace_groups(
     groups: Sequence[ReceiverGroup],
     occluders: Occluders,
     settings: BakeSettings,
-    progress: Progress = ignore_progress,
-    threads: int | None = None,
-    tell: Tell = tell_nobody,
+    run: Run = PLAINLY,
 ) -> Traced:
     """The first half of an interreflected bake: all of its rays. Arguments and errors as those of `bake`."""
     _check_finite(groups)
     scene = RayScene(occluders.vertices, occluders.triangles)
     returns = (_corner_receiver(occluders) >= 0).any(axis=1)
     receivers = _joined(groups, scene)
-    direct, hits = trace(scene, receivers, settings.samples, settings.seed, returns, progress, threads)
+    direct, hits = trace(scene, receivers, settings.samples, settings.seed, returns, run.workers)
     around = Surroundings(scene, occluders.vertices, occluders.triangles)
-    fill = _fill(around, groups, receivers, direct, settings.seed, progress, threads, tell)
+    fill = _fill(around, groups, receivers, direct, settings.seed, run)
     return Traced([len(group) for group in groups], direct, hits, fill)
 
 
@@ -236,8 +242,7 @@ def bounce(
     traced: Traced,
     occluders: Occluders,
     settings: BakeSettings,
-    progress: Progress = ignore_progress,
-    threads: int | None = None,
+    run: Run = PLAINLY,
 ) -> list[Float32]:
     """The second half: bounce the light. Only the albedo may differ from the occluders that were traced.
 
@@ -245,8 +250,8 @@ def bounce(
         (N, 9, 3) float32 per group, RGB.
     """
     albedo = occluders.albedo or Albedo(np.ones_like(occluders.triangles, dtype=np.float32))
-    gather = FilledGather(traced.fill, traced.hits, albedo, _corner_receiver(occluders), progress, threads)
-    transport = interreflected(traced.direct, gather, settings.bounces, settings.tolerance, progress)
+    gather = FilledGather(traced.fill, traced.hits, albedo, _corner_receiver(occluders), run.workers)
+    transport = interreflected(traced.direct, gather, settings.bounces, settings.tolerance)
     return _split(transport, traced.sizes)
 
 
@@ -283,9 +288,7 @@ def _fill(
     receivers: Receivers,
     direct: Float32,
     seed: int,
-    progress: Progress,
-    threads: int | None,
-    tell: Tell,
+    run: Run,
 ) -> Fill:
     """Fill `direct` (N, 9) in place where receivers are buried, and tell what came out for each group."""
     starts = np.cumsum([0, *map(len, groups)])
@@ -293,12 +296,12 @@ def _fill(
     edges = np.concatenate(
         [none, *(group.edges + start for group, start in zip(groups, starts, strict=False) if group.edges is not None)]
     )
-    fill = Fill(find_buried(around, receivers, edges, direct, seed, progress, threads), edges)
+    fill = Fill(find_buried(around, receivers, edges, direct, seed, run.workers), edges)
     fill(direct)
     for group, start in zip(groups, starts, strict=False):
         part = slice(start, start + len(group))
         for sentence in _findings(group, around.scene, direct[part], fill.buried[part]):
-            tell(group, sentence)
+            run.tell(group, sentence)
     return fill
 
 

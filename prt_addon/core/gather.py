@@ -17,7 +17,7 @@ import numpy.typing as npt
 from . import sh
 from .albedo import Albedo
 from .hits import ONE, KeptHits, unpacked
-from .parallel import Progress, ignore_progress, run_chunks
+from .parallel import ALL_CORES, Workers
 
 Float32 = npt.NDArray[np.float32]
 Int64 = npt.NDArray[np.int64]
@@ -68,29 +68,29 @@ class Gather:
         hits: KeptHits,
         albedo: Albedo,
         corner_receiver: npt.NDArray[np.integer[Any]],
-        progress: Progress = ignore_progress,
-        threads: int | None = None,
+        workers: Workers = ALL_CORES,
     ) -> None:
         """
         Args:
-            hits: of N receivers.
+            hits: of M receivers, which need not be those that light bounces off.
             albedo: of the triangles that were hit.
             corner_receiver: (T, 3) the receiver at each corner of a triangle; one at -1 returns no light.
+            workers: who does it, now and in each bounce.
         """
         self.channels = 1 if albedo.is_grey else 3
         self.sources = Sources.of(albedo, corner_receiver, self.channels)
-        self._hits, self._threads = hits, threads
+        self._hits, self._workers = hits, workers
         self._chunk = max(1, int(_HITS_AT_A_TIME * len(hits) / max(1, len(hits.packed))))
         self._is_patterned = albedo.is_patterned
-        self._pattern_starts, self._pattern_colours = self._looked_up(albedo, progress)
+        self._pattern_starts, self._pattern_colours = self._looked_up(albedo)
 
     @property
     def nbytes(self) -> int:
         """Memory that grows with the rays: the kept hits and the colours looked up for them."""
         return self._hits.nbytes + self._pattern_starts.nbytes + self._pattern_colours.nbytes
 
-    def __call__(self, transport: Float32, progress: Progress = ignore_progress) -> Float32:
-        """One bounce: (N, C, 9) float32 from (N, C, 9)."""
+    def __call__(self, transport: Float32) -> Float32:
+        """One bounce: (M, C, 9) float32 from (N, C, 9)."""
         lit = self.sources.lit(transport)
         out = np.zeros((len(self._hits), lit.shape[1]), dtype=np.float32)
 
@@ -98,9 +98,9 @@ class Gather:
             self._gather_into(out[part], part, lit)
             return 0
 
-        run_chunks(len(out), self._chunk, work, progress, self._threads)
+        self._workers.run(len(out), self._chunk, work)
         out *= np.float32(1.0 / (ONE * self._hits.samples))
-        return out.reshape(transport.shape)
+        return out.reshape(len(out), *transport.shape[1:])
 
     def _gather_into(self, out: Float32, part: slice, lit: Float32) -> None:
         """Add up what some receivers get, times `ONE` and the samples."""
@@ -125,7 +125,7 @@ class Gather:
         filled = np.flatnonzero(np.diff(block_starts))
         out[filled] = np.add.reduceat(sums, block_starts[filled], axis=0)
 
-    def _looked_up(self, albedo: Albedo, progress: Progress) -> tuple[Int64, npt.NDArray[np.uint16]]:
+    def _looked_up(self, albedo: Albedo) -> tuple[Int64, npt.NDArray[np.uint16]]:
         """Where each receiver's hits on patterned triangles start, (N + 1,), and their colours in fixed point."""
         hits = self._hits
         starts = np.zeros(len(hits) + 1, dtype=np.int64)
@@ -144,7 +144,7 @@ class Gather:
             chunks[part.start] = np.rint(colour * np.float32(ONE)).astype(np.uint16)
             return 0
 
-        run_chunks(len(hits), 8 * self._chunk, work, progress, self._threads)
+        self._workers.run(len(hits), 8 * self._chunk, work)
         return np.cumsum(starts), np.concatenate([chunks[first] for first in sorted(chunks)])
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import sh
-from .parallel import Progress, ignore_progress, run_chunks
+from .parallel import ALL_CORES, Workers
 from .raycast import Hits, RayScene
 from .transport import Pattern, Receivers
 
@@ -58,8 +58,7 @@ def trace(
     samples: int,
     seed: int,
     returns: npt.NDArray[np.bool_],
-    progress: Progress = ignore_progress,
-    threads: int | None = None,
+    workers: Workers = ALL_CORES,
 ) -> tuple[Float32, KeptHits]:
     """Direct transport, the same bits as `transport.shadowed`, and what the blocked rays hit.
 
@@ -70,7 +69,7 @@ def trace(
         receivers: N points.
         samples, seed: the pattern of rays.
         returns: (T,) whether a triangle's front returns light.
-        progress, threads: see `run_chunks`.
+        workers: who does it.
 
     Returns:
         (N, 9) float32 direct transport, and the hits.
@@ -90,7 +89,7 @@ def trace(
         chunks[part.start] = kept[is_hit]
         return len(rays.origins)
 
-    run_chunks(len(receivers), pattern.chunk, work, progress, threads)
+    workers.run(len(receivers), pattern.chunk, work)
     np.cumsum(starts, out=starts)
     return direct, KeptHits(samples, starts, _joined(chunks, starts))
 

@@ -8,7 +8,6 @@ import numpy as np
 import numpy.typing as npt
 
 from .gather import Gather
-from .parallel import Progress, ignore_progress
 
 Float32 = npt.NDArray[np.float32]
 
@@ -21,7 +20,6 @@ def interreflected(
     gather: Gather,
     bounces: int = 3,
     tolerance: float = 0.0,
-    progress: Progress = ignore_progress,
 ) -> Float32:
     """Sum the series by `T <- T0 + G T`, which needs no more memory than one state.
 
@@ -30,7 +28,6 @@ def interreflected(
         gather: G.
         bounces: how often light bounces, if tolerance is 0.
         tolerance: if above 0, stop once no coefficient changes by as much; `bounces` is ignored.
-        progress: called with 0 between chunks; may raise Cancelled.
 
     Returns:
         (N, 9, 3) float32, RGB.
@@ -38,7 +35,7 @@ def interreflected(
     start = np.broadcast_to(direct[:, None, :], (len(direct), gather.channels, direct.shape[1]))
     transport = start
     for _ in range(MAX_BOUNCES if tolerance > 0.0 else bounces):
-        before, transport = transport, gather(transport, progress)
+        before, transport = transport, gather(transport)
         transport += start
         if tolerance > 0.0 and np.abs(transport - before).max() < tolerance:
             break

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import sh
-from .parallel import Progress, ignore_progress, run_chunks
+from .parallel import ALL_CORES, Workers
 from .raycast import RayScene
 from .rotation import rotate_order2
 from .sampling import cosine_fibonacci, random_azimuths, tangent_frames
@@ -67,8 +67,7 @@ def shadowed(
     receivers: Receivers,
     samples: int,
     seed: int = 0,
-    progress: Progress = ignore_progress,
-    threads: int | None = None,
+    workers: Workers = ALL_CORES,
 ) -> Float32:
     """Self-shadowed transport by cosine-weighted rays.
 
@@ -77,7 +76,7 @@ def shadowed(
         receivers: N points.
         samples: rays per receiver.
         seed: another pattern of noise; the result is a function of (scene, receivers, samples, seed) alone.
-        progress: see `run_chunks`.
+        workers: who does it.
 
     Returns:
         (N, 9) float32, order 2.
@@ -90,7 +89,7 @@ def shadowed(
         out[part] = pattern.project(scene.visible(rays.origins, rays.directions), rays.frames)
         return len(rays.origins)
 
-    run_chunks(len(receivers), pattern.chunk, work, progress, threads)
+    workers.run(len(receivers), pattern.chunk, work)
     return out
 
 

@@ -13,11 +13,12 @@ from prt_addon.core import gather as gather_module
 from prt_addon.core import sh
 from prt_addon.core import transport as transport_module
 from prt_addon.core.albedo import Albedo, CornerColours, TexturePatch
-from prt_addon.core.bake import BakeSettings, Occluders, ReceiverGroup, bake, bounce, trace_groups
+from prt_addon.core.bake import BakeSettings, Occluders, ReceiverGroup, Run, bake, bounce, trace_groups
 from prt_addon.core.errors import Cancelled
 from prt_addon.core.gather import Gather
 from prt_addon.core.hits import KeptHits, trace
 from prt_addon.core.interreflection import interreflected
+from prt_addon.core.parallel import Workers
 from prt_addon.core.raycast import RayScene
 from prt_addon.core.transport import Pattern, Receivers, shadowed
 
@@ -184,7 +185,7 @@ def test_direct_part_has_the_bits_of_shadowed():
 def test_same_bits_for_any_chunks_threads_and_group_order(monkeypatch):
     groups, occluders = corner(8)
     occluders = patterned(occluders)
-    usual = bake(groups, occluders, SETTINGS, threads=1)
+    usual = bake(groups, occluders, SETTINGS, Run(Workers(1)))
     order = [2, 0, 1]
     first = np.cumsum([0, *(len(groups[i]) for i in order)])
     moved = np.concatenate([first[order.index(i)] + np.arange(len(groups[i])) for i in range(3)])
@@ -192,7 +193,7 @@ def test_same_bits_for_any_chunks_threads_and_group_order(monkeypatch):
     for rays, hits, threads in ((64, 1, 3), (640, 100, 2), (1 << 20, 1 << 20, 1)):
         monkeypatch.setattr(transport_module, "_RAYS_AT_A_TIME", rays)
         monkeypatch.setattr(gather_module, "_HITS_AT_A_TIME", hits)
-        again = bake([groups[i] for i in order], shuffled, SETTINGS, threads=threads)
+        again = bake([groups[i] for i in order], shuffled, SETTINGS, Run(Workers(threads)))
         for position, i in enumerate(order):
             np.testing.assert_array_equal(again[position], usual[i])
 
@@ -246,7 +247,7 @@ def test_bounces_can_be_cancelled():
             raise Cancelled("enough")
 
     with pytest.raises(Cancelled):
-        bake(groups, occluders, SETTINGS, stop_after_the_rays)
+        bake(groups, occluders, SETTINGS, Run(Workers(progress=stop_after_the_rays)))
 
 
 def test_nothing_hit_leaves_nothing_to_bounce():
