@@ -107,6 +107,21 @@ def test_appended_object_is_as_good_as_ones_own(blender, part, stage, library):
     assert not any(part("scene.shading").our_nodes(ob.data.materials[0].node_tree))
 
 
+def test_keyframed_base_colour_is_followed_in_a_linked_material(blender, ball, tmp_path):
+    """Playing a file with linked objects: the handlers keep pace, and do not stumble."""
+    colour = ball.data.materials[0].node_tree.nodes["Diffuse BSDF"].inputs["Color"]
+    for frame, value in ((1, 0.2), (11, 0.6)):
+        colour.default_value = (value, value, value, 1.0)
+        colour.keyframe_insert("default_value", frame=frame)
+    blender.ops.wm.save_as_mainfile(filepath=str(tmp_path / "keyed.blend"))
+    blender.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+    tree = bring(blender, tmp_path / "keyed.blend", True).data.materials[0].node_tree
+    (group,) = (node for node in tree.nodes if node.bl_idname == "ShaderNodeGroup")
+    for frame, value in ((1, 0.2), (11, 0.6), (6, 0.4)):
+        blender.context.scene.frame_set(frame)
+        np.testing.assert_allclose(group.inputs["Base Color"].default_value[:3], value, rtol=1e-3)
+
+
 def linked(blender, library):
     return bring(blender, library, True)
 

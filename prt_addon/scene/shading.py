@@ -27,27 +27,36 @@ _SLOT_ADDED = "prt_slot_added"
 
 def materials_of(objects: Iterable[bpy.types.Object]) -> list[bpy.types.Material]:
     """All materials in the objects' slots, each once, in order."""
-    found = {slot.material: None for ob in objects for slot in ob.material_slots if slot.material}
-    return list(found)
+    return [material for material, _ in _first_users(objects)]
 
 
 def check_materials(objects: Iterable[bpy.types.Object]) -> None:
     """Raises MeshError for the first material, or mesh that lacks one, that cannot be changed; VersionError for the
     first that a newer version relights.
     """
+    objects = list(objects)
     for ob in objects:
         if not ob.material_slots or any(slot.material is None for slot in ob.material_slots):
             check_own(ob.data, f"Mesh '{ob.data.name}' of '{ob.name}' needs a material, but", _ADD, MeshError)
-        for material in materials_of([ob]):
-            _check_material(material, ob, _ADD)
+    for material, ob in _first_users(objects):
+        _check_material(material, ob, _ADD)
 
 
 def check_relit_materials(objects: Iterable[bpy.types.Object]) -> None:
     """The same for the first material that is relit, and cannot be restored."""
+    for material, ob in _first_users(objects):
+        if any(our_nodes(material.node_tree)):
+            _check_material(material, ob, "remove the shading")
+
+
+def _first_users(objects: Iterable[bpy.types.Object]) -> list[tuple[bpy.types.Material, bpy.types.Object]]:
+    """Each material of the objects once, and the first of them that has it."""
+    found: dict[bpy.types.Material, bpy.types.Object] = {}
     for ob in objects:
-        for material in materials_of([ob]):
-            if any(our_nodes(material.node_tree)):
-                _check_material(material, ob, "remove the shading")
+        for slot in ob.material_slots:
+            if slot.material:
+                found.setdefault(slot.material, ob)
+    return list(found.items())
 
 
 def _check_material(material: bpy.types.Material, ob: bpy.types.Object, then: str) -> None:
