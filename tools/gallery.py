@@ -100,7 +100,7 @@ def truth(scene: bpy.types.Scene, hdri: str, work: Path) -> Shot:
     """The view by Cycles, with as many bounces as the interreflected bake."""
     change_sky(scene, hdri)
     frames.use_cycles(scene)
-    scene.cycles.samples, scene.cycles.use_denoising = TRUTH_SAMPLES, False
+    scene.cycles.samples = TRUTH_SAMPLES
     return shoot(scene, work)
 
 
@@ -161,7 +161,7 @@ def page(truths: dict[str, Shot], shots: dict[str, dict[str, Shot]]) -> str:
         "# Gallery",
         "",
         "Made by `make gallery`: the demo's scene under every HDRI that Blender ships. Numbers are the relative RMS difference",
-        "from Cycles in linear light, where a surface is seen; Cycles traces as many bounces as were baked (three). What is left",
+        "from Cycles in linear light, where a surface is seen; Cycles traces as many bounces as were baked (three), denoised. What is left",
         "in the last column is almost all the order of the light: nine coefficients cannot hold a sun.",
         "",
         "| HDRI | " + " | ".join(mode.capitalize() for mode in MODES) + " |",
