@@ -10,10 +10,11 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from . import sh
 from .albedo import Albedo
 from .buried import Fill, FilledGather, Surroundings, find_buried, is_dark
 from .errors import MeshError
-from .hits import KeptHits, trace
+from .hits import HitStore, trace
 from .interreflection import interreflected
 from .kept import Findings, KeptTraces
 from .parallel import ALL_CORES, Workers
@@ -23,6 +24,10 @@ from .transport import Receivers, shadowed, unshadowed
 Float32 = npt.NDArray[np.float32]
 Float64 = npt.NDArray[np.float64]
 
+MEMORY = 2 << 30
+"""Bytes of hits that stay in memory, unless a bake is told otherwise."""
+
+_RAYS_IN_A_PIECE = 1 << 24  # at most 128 MiB of hits
 _TOO_BLIND = 0.02  # skipped start of rays, as a share of their object's radius, that is worth a word
 
 Mode = Literal["UNSHADOWED", "SHADOWED", "INTERREFLECTED"]
@@ -83,11 +88,13 @@ class Run:
     workers: who casts the rays, and who watches.
     tell: told what came out for each group.
     kept: where traces of interreflected bakes are kept; one that is found there needs no new rays.
+    memory: bytes of hits that stay in memory; those beyond lie on disk, and light bounces more slowly.
     """
 
     workers: Workers = ALL_CORES
     tell: Tell = tell_nobody
     kept: KeptTraces | None = None
+    memory: int = MEMORY
 
 
 PLAINLY = Run()
@@ -123,7 +130,7 @@ class Traced:
 
     sizes: list[int]
     direct: Float32
-    hits: KeptHits
+    hits: HitStore
     fill: Fill
 
     @property
@@ -232,10 +239,20 @@ def trace_groups(
     scene = RayScene(occluders.vertices, occluders.triangles)
     returns = (_corner_receiver(occluders) >= 0).any(axis=1)
     receivers = _joined(groups, scene)
-    direct, hits = trace(scene, receivers, settings.samples, settings.seed, returns, run.workers)
+    direct = np.empty((len(receivers), sh.coefficient_count(sh.ORDER)), dtype=np.float32)
+    hits = HitStore(settings.samples, run.memory)
+    for part in _pieces(len(receivers), settings.samples):
+        direct[part], found = trace(scene, receivers[part], settings.samples, settings.seed, returns, run.workers)
+        hits.add(found)
     around = Surroundings(scene, occluders.vertices, occluders.triangles)
     fill = _fill(around, groups, receivers, direct, settings.seed, run)
     return Traced([len(group) for group in groups], direct, hits, fill)
+
+
+def _pieces(count: int, samples: int) -> Iterator[slice]:
+    size = max(1, _RAYS_IN_A_PIECE // samples)
+    for start in range(0, count, size):
+        yield slice(start, min(start + size, count))
 
 
 def bounce(
