@@ -5,8 +5,23 @@ from __future__ import annotations
 
 import bpy
 
-from . import bake, check, interchange, light, remove, shading
+from . import bake, check, interchange, job, light, remove, shading, shards
 
-register, unregister = bpy.utils.register_classes_factory(
-    (*bake.CLASSES, *check.CLASSES, *light.CLASSES, *shading.CLASSES, *remove.CLASSES, *interchange.CLASSES)
+register, _unregister = bpy.utils.register_classes_factory(
+    (
+        *job.CLASSES,
+        *bake.CLASSES,
+        *shards.CLASSES,
+        *check.CLASSES,
+        *light.CLASSES,
+        *shading.CLASSES,
+        *remove.CLASSES,
+        *interchange.CLASSES,
+    )
 )
+
+
+def unregister() -> None:
+    """Blender drops an operator that watches a bake without a word to it."""
+    job.stop_watching(bpy.context)
+    _unregister()

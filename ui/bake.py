@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import bpy
 
-from ..operators.bake import progress_text
 from ..prt_addon.bake_job import running_job
 from ..prt_addon.core import raycast
 from .tab import Tab
@@ -25,7 +24,7 @@ class PRT_PT_bake(Tab, bpy.types.Panel):
         job = running_job()
         if job:
             row = layout.row(align=True)
-            row.progress(factor=job.progress, text=progress_text(job))
+            row.progress(factor=job.progress, text=job.text)
             row.operator("prt.cancel", text="", icon="X")
         else:
             button = layout.column()
@@ -62,4 +61,20 @@ class PRT_PT_meshes(Tab, bpy.types.Panel):
         self.layout.prop(context.scene.prt, "apply_modifiers")
 
 
-CLASSES = (PRT_PT_bake, PRT_PT_meshes)
+class PRT_PT_long_bakes(Tab, bpy.types.Panel):
+    """What matters to bakes that take long or need much memory"""
+
+    bl_idname = "PRT_PT_long_bakes"
+    bl_parent_id = "PRT_PT_bake"
+    bl_label = "Long Bakes"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        layout.prop(context.scene.prt, "checkpoint_dir")
+        layout.prop(context.scene.prt, "memory")
+
+
+CLASSES = (PRT_PT_bake, PRT_PT_meshes, PRT_PT_long_bakes)

@@ -93,7 +93,7 @@ class Gather:
             hits: of M receivers, which need not be those that light bounces off.
             albedo: of the triangles that were hit.
             corner_receiver: (T, 3) the receiver at each corner of a triangle; one at -1 returns no light.
-            workers: who does it, now and in each bounce.
+            workers: who does it, now and in each bounce; told the receivers that a bounce has reached.
         """
         store = HitStore.of(hits) if isinstance(hits, KeptHits) else hits
         self.channels = 1 if albedo.is_grey else 3
@@ -120,7 +120,7 @@ class Gather:
     def _gather_piece(self, out: Float32, piece: _Piece, lit: Float32) -> None:
         def work(part: slice) -> int:
             self._gather_into(out[part], piece, part, lit)
-            return 0
+            return part.stop - part.start
 
         self._workers.run(len(out), self._chunk, work)
 
