@@ -218,7 +218,7 @@ class PieceFolder:
     def _load(self, file: _File) -> Piece | None:
         """None if it is broken: then it is traced again."""
         try:
-            with np.load(file.path) as stored:
+            with file.path.open("rb") as opened, np.load(opened) as stored:
                 hits = (
                     KeptHits(self.question.samples, stored["starts"], stored["packed"]) if "packed" in stored else None
                 )
@@ -247,7 +247,7 @@ def cut(span: slice, size: int) -> Iterator[slice]:
 def _header(path: Path, whole: bool = False) -> dict[str, Any] | None:
     """What a file says of itself; None if it is none of ours, or broken. If `whole`, all of it is looked at."""
     try:
-        with np.load(path) as stored:
+        with path.open("rb") as opened, np.load(opened) as stored:  # np.load itself would leave broken ones open
             header = json.loads(stored["header"].item())
             if whole:
                 for name in stored.files:
