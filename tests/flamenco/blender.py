@@ -13,7 +13,7 @@ import traceback
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tools"))
-import headless  # noqa: E402
+import headless
 
 
 def main(arguments: list[str]) -> int:
