@@ -181,6 +181,7 @@ def _watch_on_terminal(job: BakeJob[Any]) -> None:
     while job.running:
         job.wait(_TICK)
         if bar is not None:
+            bar.set_postfix_str("bouncing light" if job.done == job.total and job.running else "", refresh=False)
             bar.update(job.done - bar.n)
     if bar is not None:
         bar.close()

@@ -46,7 +46,7 @@ class BakeJob(Generic[Result]):
         self.findings: list[tuple[ReceiverGroup, str]] = []
         self._bounces, self._bounced = bounces, 0
         self._speeds = deque([(time.monotonic(), 0, 0)])
-        self._stop = threading.Event()
+        self._stop, self._finished = threading.Event(), threading.Event()
         self._result: Result
         self._error: BaseException | None = None
         run = replace(
@@ -70,7 +70,7 @@ class BakeJob(Generic[Result]):
     @property
     def running(self) -> bool:
         """Whether the thread still works."""
-        return self._thread.is_alive()
+        return self._thread.ident is not None and not self._finished.is_set()
 
     @property
     def progress(self) -> float:
@@ -89,7 +89,8 @@ class BakeJob(Generic[Result]):
 
     def wait(self, seconds: float | None = None) -> None:
         """Wait for the end, or for some seconds."""
-        self._thread.join(seconds)
+        if self._finished.wait(seconds):  # Python 3.11 takes a thread for ended when Ctrl-C breaks into its join()
+            self._thread.join()
 
     def cancel(self) -> None:
         """Ask the thread to stop; it does within a chunk of rays per core."""
@@ -102,7 +103,7 @@ class BakeJob(Generic[Result]):
             Cancelled: if the bake was stopped.
             PRTError, or any other error: what went wrong in the thread.
         """
-        self._thread.join()
+        self.wait()
         if self._error is not None:
             raise self._error
         return self._result
@@ -116,6 +117,7 @@ class BakeJob(Generic[Result]):
             self._error = error
         finally:
             _current = None
+            self._finished.set()
 
     def _tell(self, group: ReceiverGroup, sentence: str) -> None:
         self.findings.append((group, sentence))

@@ -197,8 +197,7 @@ def trace_shard(
         span = _overlap(shard.span(sum(map(len, groups))), part.first, sum(map(len, members)))
         if span.start < span.stop:
             _check_finite(members)
-            caster = _Caster(members, part.occluders, settings)
-            for _ in caster.pieces(span, part.run(run)):
+            for _ in _Caster(members, part.occluders, settings, part.run(run)).pieces(span):
                 pass
 
 
@@ -302,11 +301,11 @@ def trace_groups(
 ) -> Traced:
     """The first half of a bake: all of its rays. Arguments and errors as those of `bake`; the mode must cast rays."""
     _check_finite(groups)
-    caster = _Caster(groups, occluders, settings)
+    caster = _Caster(groups, occluders, settings, run)
     receivers = caster.receivers
     direct = np.empty((len(receivers), sh.coefficient_count(sh.ORDER)), dtype=np.float32)
     hits = HitStore(settings.samples, run.memory)
-    for piece in caster.pieces(slice(0, len(receivers)), run):
+    for piece in caster.pieces(slice(0, len(receivers))):
         direct[piece.receivers] = piece.direct
         if piece.hits:
             hits.add(piece.hits)
@@ -318,31 +317,29 @@ def trace_groups(
 class _Caster:
     """Casts the rays of some groups, piece by piece."""
 
-    def __init__(self, groups: Sequence[ReceiverGroup], occluders: Occluders, settings: BakeSettings) -> None:
-        self.scene = RayScene(occluders.vertices, occluders.triangles)
+    def __init__(self, groups: Sequence[ReceiverGroup], occluders: Occluders, settings: BakeSettings, run: Run) -> None:
+        self._run = run
+        self.scene = RayScene(occluders.vertices, occluders.triangles, run.workers.progress)
         self.receivers = _joined(groups, self.scene)
         self._settings = settings
         self._returns = (_corner_receiver(occluders) >= 0).any(axis=1)
 
-    def pieces(self, span: slice, run: Run) -> Iterator[Piece]:
-        """Pieces that cover a span of receivers, in order; those that `run.pieces` holds need no rays."""
-        samples = self._settings.samples
+    def pieces(self, span: slice) -> Iterator[Piece]:
+        """Pieces that cover a span of receivers, in order; those that the run's folder holds need no rays."""
+        samples, folder = self._settings.samples, self._run.pieces
         size = max(1, _RAYS_IN_A_PIECE // samples)
-
-        def trace_now(part: slice) -> Piece:
-            return self._traced(part, run.workers)
-
-        if run.pieces is None:
-            yield from map(trace_now, cut(span, size))
+        if folder is None:
+            yield from map(self._traced, cut(span, size))
             return
-        for piece in run.pieces.cover(span, size, trace_now):
+        for piece in folder.cover(span, size, self._traced):
             if piece.found:
-                run.workers.progress(samples * len(piece.direct))
+                self._run.workers.progress(samples * len(piece.direct))
             yield piece
 
-    def _traced(self, part: slice, workers: Workers) -> Piece:
-        rays = self.scene, self.receivers[part], self._settings.samples, self._settings.seed
-        if self._settings.mode == "SHADOWED":
+    def _traced(self, part: slice) -> Piece:
+        settings, workers = self._settings, self._run.workers
+        rays = self.scene, self.receivers[part], settings.samples, settings.seed
+        if settings.mode == "SHADOWED":
             return Piece(part, shadowed(*rays, workers), None)
         return Piece(part, *trace(*rays, self._returns, workers))
 

@@ -129,7 +129,7 @@ def evaluated_settings(bpy):
 def launcher(tmp_path):
     """An executable in place of Blender's."""
     path = tmp_path / "blender"
-    path.write_text(f'#!/bin/sh\nexec "{sys.executable}" "{HERE / "blender.py"}" "$@"\n')
+    path.write_text(f'#!/bin/sh\nexec "{sys.executable}" "{HERE.parent / "background_blender.py"}" "$@"\n')
     path.chmod(0o755)
     return path
 
