@@ -5,10 +5,12 @@ from __future__ import annotations
 
 import bpy
 
-from . import bake, check, interchange, light, remove, shading
+from . import bake, check, interchange, job, light, remove, shading, shards
 
 CLASSES = (
     *bake.CLASSES,
+    *job.CLASSES,
+    *shards.CLASSES,
     *check.CLASSES,
     *light.CLASSES,
     *shading.CLASSES,
@@ -16,4 +18,10 @@ CLASSES = (
     *interchange.CLASSES,
 )
 """In the order of the menu."""
-register, unregister = bpy.utils.register_classes_factory(CLASSES)
+register, _unregister = bpy.utils.register_classes_factory(CLASSES)
+
+
+def unregister() -> None:
+    """Blender drops an operator that watches a bake without a word to it."""
+    job.stop_watching(bpy.context)
+    _unregister()

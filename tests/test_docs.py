@@ -14,7 +14,9 @@ BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
 def blocks(language):
     """(document's name, code) of all fenced blocks of a language."""
-    return [(path.name, code) for path in DOCUMENTS for kind, code in BLOCK.findall(path.read_text()) if kind == language]
+    return [
+        (path.name, code) for path in DOCUMENTS for kind, code in BLOCK.findall(path.read_text()) if kind == language
+    ]
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import bpy
 
-from ..operators.bake import progress_text
 from ..prt_addon.bake_job import running_job
 from ..prt_addon.core import raycast
 from .presets import PRT_PT_bake_presets
@@ -23,7 +22,7 @@ class PRT_PT_bake(Tab, bpy.types.Panel):
         job = running_job()
         if job:
             row = layout.row(align=True)
-            row.progress(factor=job.progress, text=progress_text(job))
+            row.progress(factor=job.progress, text=job.text)
             row.operator("prt.cancel", text="", icon="X")
         else:
             button = layout.column()
@@ -77,6 +76,20 @@ class PRT_PT_advanced(Tab, bpy.types.Panel):
         column.prop(settings, "apply_modifiers")
 
 
+class PRT_PT_long_bakes(Tab, bpy.types.Panel):
+    """What matters to bakes that take long or need much memory"""
+
+    bl_idname = "PRT_PT_long_bakes"
+    bl_parent_id = "PRT_PT_settings"
+    bl_label = "Long Bakes"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column = _settings_column(self.layout)
+        column.prop(context.scene.prt, "checkpoint_dir")
+        column.prop(context.scene.prt, "memory")
+
+
 def _settings_column(layout: bpy.types.UILayout) -> bpy.types.UILayout:
     """Where settings go; they rest while a bake runs."""
     column = layout.column()
@@ -86,4 +99,4 @@ def _settings_column(layout: bpy.types.UILayout) -> bpy.types.UILayout:
     return column
 
 
-CLASSES = (PRT_PT_bake, PRT_PT_settings, PRT_PT_advanced)
+CLASSES = (PRT_PT_bake, PRT_PT_settings, PRT_PT_advanced, PRT_PT_long_bakes)

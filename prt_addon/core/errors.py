@@ -26,5 +26,13 @@ class RayCasterMissing(PRTError):
     """embreex, the ray caster, is not installed for this Python or platform."""
 
 
+class ShardError(PRTError):
+    """Shards of a bake that are missing, or do not belong together."""
+
+
+class Interrupted(PRTError):
+    """Ctrl-C; nothing was written."""
+
+
 class Cancelled(PRTError):
     """The person asked to stop; nothing was written."""

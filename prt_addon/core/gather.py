@@ -8,6 +8,7 @@ integral over the hemisphere sampled by its own cosine). Every row sums to at mo
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,8 +17,9 @@ import numpy.typing as npt
 
 from . import sh
 from .albedo import Albedo
-from .hits import ONE, KeptHits, unpacked
+from .hits import ONE, HitStore, KeptHits, unpacked
 from .parallel import ALL_CORES, Workers
+from .spill import Spill, memory_of
 
 Float32 = npt.NDArray[np.float32]
 Int64 = npt.NDArray[np.int64]
@@ -60,12 +62,28 @@ class Sources:
         return lit.reshape(len(lit), -1)
 
 
+@dataclass(frozen=True)
+class _Piece:
+    """Hits of consecutive receivers, and what was looked up for them once.
+
+    receivers: which.
+    hits: theirs.
+    pattern_starts: (n + 1,) where each receiver's hits on patterned triangles start in `pattern_colours`.
+    pattern_colours: (P, C) uint16, fixed point.
+    """
+
+    receivers: slice
+    hits: KeptHits
+    pattern_starts: Int64
+    pattern_colours: npt.NDArray[np.uint16]
+
+
 class Gather:
     """`gather(T)` is G T. The weights are made from the kept hits as they are needed: eight bytes a hit, not sixteen."""
 
     def __init__(
         self,
-        hits: KeptHits,
+        hits: HitStore | KeptHits,
         albedo: Albedo,
         corner_receiver: npt.NDArray[np.integer[Any]],
         workers: Workers = ALL_CORES,
@@ -75,40 +93,44 @@ class Gather:
             hits: of M receivers, which need not be those that light bounces off.
             albedo: of the triangles that were hit.
             corner_receiver: (T, 3) the receiver at each corner of a triangle; one at -1 returns no light.
-            workers: who does it, now and in each bounce.
+            workers: who does it, now and in each bounce; told the receivers that a bounce has reached.
         """
+        store = HitStore.of(hits) if isinstance(hits, KeptHits) else hits
         self.channels = 1 if albedo.is_grey else 3
         self.sources = Sources.of(albedo, corner_receiver, self.channels)
-        self._hits, self._workers = hits, workers
-        self._chunk = max(1, int(_HITS_AT_A_TIME * len(hits) / max(1, len(hits.packed))))
+        self._workers, self._samples, self._receivers = workers, store.samples, len(store)
+        self._chunk = max(1, int(_HITS_AT_A_TIME * len(store) / max(1, store.count)))
         self._is_patterned = albedo.is_patterned
-        self._pattern_starts, self._pattern_colours = self._looked_up(albedo)
+        self._pieces = list(self._looked_up(store, albedo))
 
     @property
     def nbytes(self) -> int:
         """Memory that grows with the rays: the kept hits and the colours looked up for them."""
-        return self._hits.nbytes + self._pattern_starts.nbytes + self._pattern_colours.nbytes
+        return sum(piece.hits.nbytes + memory_of(piece.pattern_starts, piece.pattern_colours) for piece in self._pieces)
 
     def __call__(self, transport: Float32) -> Float32:
         """One bounce: (M, C, 9) float32 from (N, C, 9)."""
         lit = self.sources.lit(transport)
-        out = np.zeros((len(self._hits), lit.shape[1]), dtype=np.float32)
-
-        def work(part: slice) -> int:
-            self._gather_into(out[part], part, lit)
-            return 0
-
-        self._workers.run(len(out), self._chunk, work)
-        out *= np.float32(1.0 / (ONE * self._hits.samples))
+        out = np.zeros((self._receivers, lit.shape[1]), dtype=np.float32)
+        for piece in self._pieces:
+            self._gather_piece(out[piece.receivers], piece, lit)
+        out *= np.float32(1.0 / (ONE * self._samples))
         return out.reshape(len(out), *transport.shape[1:])
 
-    def _gather_into(self, out: Float32, part: slice, lit: Float32) -> None:
-        """Add up what some receivers get, times `ONE` and the samples."""
-        starts = self._hits.starts[part.start : part.stop + 1]
-        triangle, u, v = unpacked(self._hits.packed[starts[0] : starts[-1]])
+    def _gather_piece(self, out: Float32, piece: _Piece, lit: Float32) -> None:
+        def work(part: slice) -> int:
+            self._gather_into(out[part], piece, part, lit)
+            return part.stop - part.start
+
+        self._workers.run(len(out), self._chunk, work)
+
+    def _gather_into(self, out: Float32, piece: _Piece, part: slice, lit: Float32) -> None:
+        """Add up what some receivers of a piece get, times `ONE` and the samples."""
+        starts = piece.hits.starts[part.start : part.stop + 1]
+        triangle, u, v = unpacked(piece.hits.packed[starts[0] : starts[-1]])
         if not len(triangle):
             return
-        colours = self._pattern_colours[self._pattern_starts[part.start] : self._pattern_starts[part.stop]]
+        colours = piece.pattern_colours[piece.pattern_starts[part.start] : piece.pattern_starts[part.stop]]
         patterned = self._is_patterned[triangle] if len(colours) else None
         first, entry_starts = _entries(triangle, starts - starts[0], patterned)
         entry, block_starts = _padded(entry_starts)
@@ -125,11 +147,17 @@ class Gather:
         filled = np.flatnonzero(np.diff(block_starts))
         out[filled] = np.add.reduceat(sums, block_starts[filled], axis=0)
 
-    def _looked_up(self, albedo: Albedo) -> tuple[Int64, npt.NDArray[np.uint16]]:
+    def _looked_up(self, store: HitStore, albedo: Albedo) -> Iterator[_Piece]:
+        stop, spill = 0, Spill(store.spill.left)
+        for hits in store.pieces:
+            start, stop = stop, stop + len(hits)
+            pattern_starts, colours = self._pattern_colours(hits, albedo)
+            yield _Piece(slice(start, stop), hits, pattern_starts, spill.keep(colours))
+
+    def _pattern_colours(self, hits: KeptHits, albedo: Albedo) -> tuple[Int64, npt.NDArray[np.uint16]]:
         """Where each receiver's hits on patterned triangles start, (N + 1,), and their colours in fixed point."""
-        hits = self._hits
         starts = np.zeros(len(hits) + 1, dtype=np.int64)
-        if not albedo.patterns:
+        if not albedo.patterns or not len(hits):
             return starts, np.empty((0, self.channels), dtype=np.uint16)
         chunks: dict[int, npt.NDArray[np.uint16]] = {}
 

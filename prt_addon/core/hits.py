@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,7 @@ import numpy.typing as npt
 from . import sh
 from .parallel import ALL_CORES, Workers
 from .raycast import Hits, RayScene
+from .spill import Spill, memory_of
 from .transport import Pattern, Receivers
 
 Float32 = npt.NDArray[np.float32]
@@ -38,10 +40,55 @@ class KeptHits:
     @property
     def nbytes(self) -> int:
         """Memory it occupies."""
-        return self.starts.nbytes + self.packed.nbytes
+        return memory_of(self.starts, self.packed)
 
     def __len__(self) -> int:
         return len(self.starts) - 1
+
+
+class HitStore:
+    """The hits of many receivers in pieces, each of consecutive receivers: they are never copied into one array.
+
+    samples: rays that were cast per receiver.
+    pieces: in the order of the receivers. Where they are cut changes no result.
+    spill: where what belongs to the hits is kept.
+    """
+
+    def __init__(self, samples: int, budget: int) -> None:
+        """
+        Args:
+            samples: rays per receiver.
+            budget: bytes that may stay in memory; the hits beyond are kept on disk (see `spill`).
+        """
+        self.samples = samples
+        self.pieces: list[KeptHits] = []
+        self.spill = Spill(budget)
+
+    @classmethod
+    def of(cls, hits: KeptHits) -> HitStore:
+        """A store of one piece, all in memory."""
+        store = cls(hits.samples, sys.maxsize)
+        store.add(hits)
+        return store
+
+    def add(self, hits: KeptHits) -> None:
+        """Append the hits of the next receivers. Such as lie in a file already cost no memory."""
+        if hits.samples != self.samples:
+            raise ValueError(f"hits of {hits.samples} rays per receiver among those of {self.samples}")
+        self.pieces.append(KeptHits(hits.samples, hits.starts, self.spill.keep(hits.packed)))
+
+    @property
+    def count(self) -> int:
+        """Hits, of all receivers."""
+        return sum(len(piece.packed) for piece in self.pieces)
+
+    @property
+    def nbytes(self) -> int:
+        """Memory it occupies."""
+        return sum(piece.nbytes for piece in self.pieces)
+
+    def __len__(self) -> int:
+        return sum(map(len, self.pieces))
 
 
 def unpacked(

@@ -1,11 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Settings, defined once: as a scene's property group, and as the properties of the operators that use them."""
 
-import bpy
-from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
+from pathlib import Path
+from typing import Any
 
-from ..core.bake import BakeSettings
+import bpy
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
+
+from ..core.bake import MEMORY, BakeSettings, Run
+from ..core.errors import PRTError
 from .prepare import Preparation
+
+_MIB = 1 << 20
 
 MODES = [
     ("UNSHADOWED", "Unshadowed", "Light by direction only, in closed form: no rays, no shadows"),
@@ -72,7 +78,33 @@ class PrepareProperties:
     )
 
 
-class PRT_PG_settings(BakeProperties, PrepareProperties, bpy.types.PropertyGroup):
+class MemoryProperties:
+    """Mixin of what light that bounces may occupy."""
+
+    memory: IntProperty(  # type: ignore[valid-type]
+        name="Memory",
+        description="Mebibytes of ray hits that an interreflected bake keeps in memory; what exceeds them lies in "
+        "temporary files, which is slower and changes no result",
+        default=MEMORY // _MIB,
+        min=0,
+        soft_min=256,
+        soft_max=1 << 16,
+    )
+
+
+class RunProperties(MemoryProperties):
+    """Mixin of how a bake is carried out, which its result does not depend on."""
+
+    checkpoint_dir: StringProperty(  # type: ignore[valid-type]
+        name="Checkpoints",
+        description="Folder that keeps what rays have found so far: a bake that was stopped or killed continues from "
+        "there with the same result. None if empty; delete its files when they are of no more use",
+        default="",
+        subtype="DIR_PATH",
+    )
+
+
+class PRT_PG_settings(BakeProperties, PrepareProperties, RunProperties, bpy.types.PropertyGroup):
     """Settings of the extension, stored with the scene."""
 
 
@@ -89,17 +121,42 @@ class PRT_PG_object(bpy.types.PropertyGroup):
 
 def bake_settings(scene: bpy.types.Scene, operator: bpy.types.Operator) -> BakeSettings:
     """The operator's own properties where they were given, the scene's where not."""
-    return BakeSettings(**_values(BakeProperties, scene, operator))  # type: ignore[arg-type]
+    return BakeSettings(**_values(BakeProperties, scene, operator))
 
 
 def preparation(scene: bpy.types.Scene, operator: bpy.types.Operator) -> Preparation:
     """What may be done to meshes: the operator's own properties where they were given, the scene's where not."""
-    return Preparation(**_values(PrepareProperties, scene, operator))  # type: ignore[arg-type]
+    return Preparation(**_values(PrepareProperties, scene, operator))
 
 
-def _values(mixin: type, scene: bpy.types.Scene, operator: bpy.types.Operator) -> dict[str, object]:
-    given = operator.properties.is_property_set
-    return {name: getattr(operator if given(name) else scene.prt, name) for name in mixin.__annotations__}
+def run_settings(scene: bpy.types.Scene, operator: bpy.types.Operator) -> Run:
+    """How a bake is carried out."""
+    return Run(memory=_value("memory", scene, operator) * _MIB)
+
+
+def checkpoints(scene: bpy.types.Scene, operator: bpy.types.Operator) -> Path | None:
+    """The folder of the checkpoints, if any are wanted."""
+    path = _value("checkpoint_dir", scene, operator)
+    return absolute_folder(path) if path else None
+
+
+def absolute_folder(path: str) -> Path:
+    """The folder of a path that may be relative to the file.
+
+    Raises:
+        PRTError: if it is, and the file was never saved.
+    """
+    if path.startswith("//") and not bpy.data.filepath:
+        raise PRTError(f"Folder '{path}' is relative to a file that was never saved: save it, or give a whole path.")
+    return Path(bpy.path.abspath(path))
+
+
+def _values(mixin: type, scene: bpy.types.Scene, operator: bpy.types.Operator) -> dict[str, Any]:
+    return {name: _value(name, scene, operator) for name in mixin.__annotations__}
+
+
+def _value(name: str, scene: bpy.types.Scene, operator: bpy.types.Operator) -> Any:
+    return getattr(operator if operator.properties.is_property_set(name) else scene.prt, name)
 
 
 _GROUPS = ((PRT_PG_settings, bpy.types.Scene), (PRT_PG_object, bpy.types.Object))

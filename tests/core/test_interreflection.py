@@ -9,6 +9,7 @@ import pytest
 from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 
+from prt_addon.core import bake as bake_module
 from prt_addon.core import gather as gather_module
 from prt_addon.core import sh
 from prt_addon.core import transport as transport_module
@@ -16,10 +17,11 @@ from prt_addon.core.albedo import Albedo, CornerColours, TexturePatch
 from prt_addon.core.bake import BakeSettings, Occluders, ReceiverGroup, Run, bake, bounce, trace_groups
 from prt_addon.core.errors import Cancelled
 from prt_addon.core.gather import Gather
-from prt_addon.core.hits import KeptHits, trace
+from prt_addon.core.hits import trace
 from prt_addon.core.interreflection import interreflected
 from prt_addon.core.parallel import Workers
 from prt_addon.core.raycast import RayScene
+from prt_addon.core.spill import in_file
 from prt_addon.core.transport import Pattern, Receivers, shadowed
 
 SETTINGS = BakeSettings("INTERREFLECTED", samples=64, seed=3)
@@ -198,6 +200,24 @@ def test_same_bits_for_any_chunks_threads_and_group_order(monkeypatch):
             np.testing.assert_array_equal(again[position], usual[i])
 
 
+@pytest.mark.parametrize("memory", [1 << 30, 20_000, 0])
+@pytest.mark.parametrize("rays", [1, 640, 5000])
+def test_same_bits_in_any_pieces_in_memory_or_on_disk(monkeypatch, rays, memory):
+    groups, occluders = corner(8)
+    occluders = patterned(occluders)
+    whole = trace_groups(groups, occluders, SETTINGS)
+    monkeypatch.setattr(bake_module, "_RAYS_IN_A_PIECE", rays)
+    pieces = trace_groups(groups, occluders, SETTINGS, Run(memory=memory))
+    assert len(pieces.hits.pieces) == -(-192 // max(1, rays // 64))
+    assert [in_file(piece.packed) for piece in pieces.hits.pieces].count(True) in (
+        range(1, 192) if memory == 20_000 else [len(pieces.hits.pieces) if memory == 0 else 0]
+    )
+    assert pieces.hits.nbytes <= memory + 192 * 16
+    assert pieces.hits.count == whole.hits.count
+    for one, other in zip(bounce(pieces, occluders, SETTINGS), bounce(whole, occluders, SETTINGS), strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
 def test_another_albedo_needs_no_new_rays():
     groups, occluders = corner(8)
     traced = trace_groups(groups, occluders, SETTINGS)
@@ -255,7 +275,7 @@ def test_nothing_hit_leaves_nothing_to_bounce():
     (result,) = bake(groups, occluders, SETTINGS)
     (direct,) = bake(groups, occluders, replace(SETTINGS, mode="SHADOWED"))
     np.testing.assert_array_equal(result, np.repeat(direct[:, :, None], 3, axis=2))
-    assert isinstance(trace_groups(groups, occluders, SETTINGS).hits, KeptHits)
+    assert trace_groups(groups, occluders, SETTINGS).hits.count == 0
 
 
 # --- against a path tracer --------------------------------------------------------------------------------------------
