@@ -4,6 +4,7 @@
 import os
 import sys
 import threading
+import traceback
 
 import headless
 import stage
@@ -38,7 +39,7 @@ def long_job():
     gather = sys.modules[f"{headless.PACKAGE}.prt_addon.scene.gather"]
     plan = gather.gather(bpy.context, [bpy.data.objects["Ball"]])
     settings = sys.modules[f"{headless.PACKAGE}.prt_addon.core.bake"].BakeSettings(samples=1 << 18)
-    job = part.BakeJob([one.group for one in plan.receivers], plan.occluders, settings, 2)
+    job = part.whole_bake(plan.groups, plan.occluders, settings, 2)
     job.start()
     return job
 
@@ -75,6 +76,10 @@ def main():
     assert inventory() == before, (before, inventory())
 
 
-main()
-print("nothing was left behind", flush=True)
-os._exit(0)  # 4.5 as a module hangs at exit after a reload of scripts, whatever is enabled
+try:
+    main()
+    print("nothing was left behind", flush=True)
+except BaseException:
+    traceback.print_exc()
+finally:
+    os._exit(0)  # 4.5 as a module hangs at exit after a reload of scripts, whatever is enabled
