@@ -43,6 +43,8 @@ def test_every_operator_and_property_has_a_tooltip(blender, scene):
     """Nothing in the interface is left unexplained."""
     for name in (
         "bake",
+        "bake_shard",
+        "merge_shards",
         "cancel",
         "project_light",
         "add_shading",
