@@ -29,7 +29,10 @@ class ShardFolder:
     """Mixin of the folder where the shards of one bake lie."""
 
     directory: StringProperty(  # type: ignore[valid-type]
-        name="Folder", description="Folder of the shards of this bake, which all machines see", subtype="DIR_PATH"
+        name="Folder",
+        description="Folder of the shards of this bake, which all machines see",
+        subtype="DIR_PATH",
+        options={"PATH_SUPPORTS_BLEND_RELATIVE"},
     )
 
     def _folder(self) -> Path:

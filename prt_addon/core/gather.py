@@ -23,10 +23,13 @@ from .spill import Spill, memory_of
 
 Float32 = npt.NDArray[np.float32]
 Int64 = npt.NDArray[np.int64]
+UInt32 = npt.NDArray[np.uint32]
+Bools = npt.NDArray[np.bool_]
 
 _COEFFICIENTS = sh.coefficient_count(sh.ORDER)
-_HITS_AT_A_TIME = 1 << 14  # measured: fewer pay for the calls, more leave the cache
-_BLOCK = 8  # hits summed by one call of the inner loop; rows are padded to a multiple of it
+_RECEIVERS_AT_A_TIME = 1 << 10  # measured: fewer pay for the calls, more leave the cache
+_FINE = 0.03  # at 256 rays; see `Gather`
+_TRIANGLES_AT_A_TIME = 1 << 13
 
 
 @dataclass(frozen=True)
@@ -37,12 +40,12 @@ class Sources:
 
     receiver: (M,) int64.
     tint: (M, C) float32; black where the corner shows no receiver.
-    corner: (T, 3) int64, the source at each corner.
+    corner: (T, 3) int32, the source at each corner.
     """
 
     receiver: Int64
     tint: Float32
-    corner: Int64
+    corner: npt.NDArray[np.int32]
 
     @classmethod
     def of(cls, albedo: Albedo, corner_receiver: npt.NDArray[np.integer[Any]], channels: int) -> Sources:
@@ -54,11 +57,17 @@ class Sources:
         _, example, inverse = np.unique(key, return_index=True, return_inverse=True)
         receiver = corner_receiver.ravel()[example].astype(np.int64)
         tint = np.where(receiver[:, None] < 0, np.float32(0.0), colours[example // 3])
-        return cls(np.maximum(receiver, 0), tint, inverse.reshape(-1, 3))
+        return cls(np.maximum(receiver, 0), tint, inverse.reshape(-1, 3).astype(np.int32))
+
+    @property
+    def black(self) -> int:
+        """The number of a source that returns nothing."""
+        return len(self.receiver)
 
     def lit(self, transport: Float32) -> Float32:
-        """(M, C * 9) what each source returns of (N, C, 9)."""
-        lit: Float32 = transport[self.receiver] * self.tint[:, :, None]
+        """(M + 1, C * 9) what each source returns of (N, C, 9)."""
+        lit = np.zeros((len(self.receiver) + 1, *transport.shape[1:]), dtype=np.float32)
+        np.multiply(transport[self.receiver], self.tint[:, :, None], out=lit[:-1])
         return lit.reshape(len(lit), -1)
 
 
@@ -79,7 +88,14 @@ class _Piece:
 
 
 class Gather:
-    """`gather(T)` is G T. The weights are made from the kept hits as they are needed: eight bytes a hit, not sixteen."""
+    """`gather(T)` is G T, made from the kept hits as it is needed: eight bytes a hit and nothing else.
+
+    Most of the time goes into fetching what the three corners of each hit return. Where these differ by less than can
+    be seen, one of them stands for all, each as often as the hits lie towards it: a random choice by the barycentrics,
+    which returns the same light on average and to the last bit the same energy. `_FINE` is the largest difference of a
+    coefficient that counts as none. The error that this adds is a small part of the noise that the rays have; as that falls
+    faster with their number than the error of a random choice, the limit falls with the fourth root.
+    """
 
     def __init__(
         self,
@@ -99,7 +115,7 @@ class Gather:
         self.channels = 1 if albedo.is_grey else 3
         self.sources = Sources.of(albedo, corner_receiver, self.channels)
         self._workers, self._samples, self._receivers = workers, store.samples, len(store)
-        self._chunk = max(1, int(_HITS_AT_A_TIME * len(store) / max(1, store.count)))
+        self._fine = _FINE * (256.0 / store.samples) ** 0.25
         self._is_patterned = albedo.is_patterned
         self._pieces = list(self._looked_up(store, albedo))
 
@@ -111,41 +127,76 @@ class Gather:
     def __call__(self, transport: Float32) -> Float32:
         """One bounce: (M, C, 9) float32 from (N, C, 9)."""
         lit = self.sources.lit(transport)
-        out = np.zeros((self._receivers, lit.shape[1]), dtype=np.float32)
+        is_fine = self._is_fine(lit)
+        out = np.empty((self._receivers, lit.shape[1]), dtype=np.float32)
         for piece in self._pieces:
-            self._gather_piece(out[piece.receivers], piece, lit)
-        out *= np.float32(1.0 / (ONE * self._samples))
+            self._gather_piece(out[piece.receivers], piece, lit, is_fine)
+        out *= np.float32(1.0 / self._samples)
         return out.reshape(len(out), *transport.shape[1:])
 
-    def _gather_piece(self, out: Float32, piece: _Piece, lit: Float32) -> None:
+    def _is_fine(self, lit: Float32) -> Bools:
+        """(T,) whether the corners of each triangle return so much the same that any may stand for all."""
+        is_fine = np.empty(len(self.sources.corner), dtype=np.bool_)
+
         def work(part: slice) -> int:
-            self._gather_into(out[part], piece, part, lit)
+            a, b, c = (lit.take(corner, axis=0) for corner in self.sources.corner[part].T)
+            highest = np.maximum(a, b)
+            np.maximum(highest, c, out=highest)
+            np.minimum(a, b, out=a)
+            np.minimum(a, c, out=a)
+            highest -= a
+            is_fine[part] = highest.max(axis=1) < self._fine
+            return 0
+
+        self._workers.run(len(is_fine), _TRIANGLES_AT_A_TIME, work)
+        return is_fine
+
+    def _gather_piece(self, out: Float32, piece: _Piece, lit: Float32, is_fine: Bools) -> None:
+        def work(part: slice) -> int:
+            out[part] = self._gathered(piece, part, lit, is_fine)
             return part.stop - part.start
 
-        self._workers.run(len(out), self._chunk, work)
+        self._workers.run(len(out), _RECEIVERS_AT_A_TIME, work)
 
-    def _gather_into(self, out: Float32, piece: _Piece, part: slice, lit: Float32) -> None:
-        """Add up what some receivers of a piece get, times `ONE` and the samples."""
+    def _gathered(self, piece: _Piece, part: slice, lit: Float32, is_fine: Bools) -> Float32:
+        """What some receivers of a piece get, times the samples."""
         starts = piece.hits.starts[part.start : part.stop + 1]
         triangle, u, v = unpacked(piece.hits.packed[starts[0] : starts[-1]])
-        if not len(triangle):
-            return
+        starts = starts - starts[0]
         colours = piece.pattern_colours[piece.pattern_starts[part.start] : piece.pattern_starts[part.stop]]
-        patterned = self._is_patterned[triangle] if len(colours) else None
-        first, entry_starts = _entries(triangle, starts - starts[0], patterned)
-        entry, block_starts = _padded(entry_starts)
-        corners = np.append(triangle[first], 0).take(entry)
-        source = self.sources.corner.take(corners, axis=0, mode="clip")
-        weights = _summed_weights(u, v, first).take(entry, axis=0, mode="clip")
-        rows = lit.take(source, axis=0, mode="clip").reshape(-1, 3 * _BLOCK, lit.shape[1])
-        if patterned is None:
-            sums = np.einsum("nj,njc->nc", weights.reshape(rows.shape[:2]), rows)
-        else:
-            tint = np.ones((len(first) + 1, self.channels), dtype=np.float32)
-            tint[:-1][patterned[first]] = colours / np.float32(ONE)
-            sums = _tinted_sums(weights, tint.take(entry, axis=0), rows)
-        filled = np.flatnonzero(np.diff(block_starts))
-        out[filled] = np.add.reduceat(sums, block_starts[filled], axis=0)
+        tint = self._tint(triangle, colours) if len(colours) else None
+        source = self._chosen(triangle, u, v)
+        coarse = np.flatnonzero(~is_fine.take(triangle))
+        if not len(coarse):
+            return _sums(lit, source, starts, tint)
+        source[coarse] = self.sources.black
+        out = _sums(lit, source, starts, tint)
+        triangle, u, v = triangle[coarse], u[coarse], v[coarse]
+        corners = self.sources.corner.take(triangle, axis=0).astype(np.intp)
+        shares = np.stack([ONE - u - v, u, v], axis=1).astype(np.float32) / np.float32(ONE)
+        weights = shares[:, :, None] if tint is None else shares[:, :, None] * tint[coarse, None, :]
+        out += _sums(
+            lit, corners.reshape(-1), 3 * np.searchsorted(coarse, starts), weights.reshape(-1, weights.shape[2])
+        )
+        return out
+
+    def _tint(self, triangle: UInt32, colours: npt.NDArray[np.uint16]) -> Float32:
+        """(H, C) the colours that patterns give to hits on them; white elsewhere, where the sources are coloured."""
+        tint = np.ones((len(triangle), self.channels), dtype=np.float32)
+        tint[self._is_patterned.take(triangle)] = colours / np.float32(ONE)
+        return tint
+
+    def _chosen(self, triangle: UInt32, u: UInt32, v: UInt32) -> npt.NDArray[np.intp]:
+        """(H,) a source for each hit: one of the corners, each with the probability of its barycentric.
+
+        The random number is made of the barycentrics themselves: it depends on nothing but the hit.
+        """
+        number = (u << 16 | v) * np.uint32(0x9E3779B1) >> 16
+        not_first = number < u + v
+        corner = np.multiply(triangle, 3, dtype=np.intp)
+        corner += not_first
+        corner += not_first & (number >= u)
+        return self.sources.corner.reshape(-1).take(corner).astype(np.intp)
 
     def _looked_up(self, store: HitStore, albedo: Albedo) -> Iterator[_Piece]:
         stop, spill = 0, Spill(store.spill.left)
@@ -164,67 +215,54 @@ class Gather:
         def work(part: slice) -> int:
             here = hits.starts[part.start : part.stop + 1]
             triangle, u, v = unpacked(hits.packed[here[0] : here[-1]])
-            patterned = self._is_patterned[triangle]
-            count = np.concatenate([[0], np.cumsum(patterned)])
-            starts[part.start + 1 : part.stop + 1] = np.diff(count[here - here[0]])
-            u_here, v_here = (np.divide(x[patterned], ONE, dtype=np.float32) for x in (u, v))
-            colour = albedo.at(triangle[patterned], u_here, v_here)[:, : self.channels]
-            chunks[part.start] = np.rint(colour * np.float32(ONE)).astype(np.uint16)
+            patterned = self._is_patterned.take(triangle)
+            starts[part.start + 1 : part.stop + 1] = np.diff(_starts_of(patterned, here - here[0]))
+            triangle, u, v = _those(patterned, triangle, u, v)
+            colour = albedo.at(triangle, *(np.divide(x, ONE, dtype=np.float32) for x in (u, v)))
+            chunks[part.start] = np.rint(colour[:, : self.channels] * np.float32(ONE)).astype(np.uint16)
             return 0
 
-        self._workers.run(len(hits), 8 * self._chunk, work)
+        self._workers.run(len(hits), _RECEIVERS_AT_A_TIME, work)
         return np.cumsum(starts), np.concatenate([chunks[first] for first in sorted(chunks)])
 
 
-def _entries(triangle: Int64, starts: Int64, patterned: npt.NDArray[np.bool_] | None) -> tuple[Int64, Int64]:
-    """Join a receiver's hits on one triangle, unless a pattern gives each its own colour.
+def _those(mask: Bools, *arrays: UInt32) -> tuple[UInt32, ...]:
+    return tuple(array[mask] for array in arrays)
 
-    Returns:
-        The first hit of each entry (E,), and where each receiver's entries start (n + 1,).
+
+def _starts_of(mask: Bools, starts: Int64) -> Int64:
+    """(n + 1,) where runs that start at `starts` start among those of their items that a mask keeps."""
+    kept: Int64 = np.concatenate([[0], np.cumsum(mask)])[starts]
+    return kept
+
+
+def _sums(lit: Float32, source: npt.NDArray[np.intp], starts: Int64, weights: Float32 | None = None) -> Float32:
+    """(n, C * 9) sums over runs of sources: the first of all runs, then the second of all that have one, and so on.
+
+    So each receiver's sum is taken in the order of its own rays, whoever else is summed with it.
+
+    Args:
+        lit: (M, C * 9) what the sources return.
+        source: (H,) which.
+        starts: (n + 1,) where the run of each receiver starts.
+        weights: (H, C) of the channels, or (H, 1) of all alike; 1 if None.
     """
-    is_first = np.empty(len(triangle) + 1, dtype=np.bool_)
-    np.not_equal(triangle[1:], triangle[:-1], out=is_first[1:-1])
-    is_first[starts] = True  # the last one stands past the end
-    if patterned is not None:
-        is_first[:-1] |= patterned
-    first = np.flatnonzero(is_first[:-1])
-    return first, np.searchsorted(first, starts)
-
-
-def _summed_weights(u: Int64, v: Int64, first: Int64) -> Float32:
-    """(E + 1, 3) barycentrics of the corners, summed over the hits of each entry, times `ONE`; the last row is zero."""
-    hits = len(u)
-    both = np.add.reduceat((u << 32) | v, first)  # one pass for two sums
-    u, v = both >> 32, both & 0xFFFFFFFF
-    weights = np.zeros((len(first) + 1, 3), dtype=np.float32)
-    weights[:-1, 0] = ONE * np.diff(first, append=hits) - u - v
-    weights[:-1, 1] = u
-    weights[:-1, 2] = v
-    return weights
-
-
-def _padded(entry_starts: Int64) -> tuple[Int64, Int64]:
-    """Lay entries out in whole blocks per receiver, so that most of a sum is taken over rows of one length.
-
-    Returns:
-        The entry in each slot, E in the slots left over; and where each receiver's blocks start (n + 1,).
-    """
-    count = np.diff(entry_starts)
-    block_starts = np.concatenate([[0], np.cumsum(-(-count // _BLOCK))])
-    entry = np.full(block_starts[-1] * _BLOCK, entry_starts[-1])
-    shift = np.repeat(block_starts[:-1] * _BLOCK - entry_starts[:-1], count)
-    entry[np.arange(len(shift)) + shift] = np.arange(len(shift))
-    return entry, block_starts
-
-
-def _tinted_sums(weights: Float32, tint: Float32, rows: Float32) -> Float32:
-    """(n, C * 9) sums of rows (n, 3 * _BLOCK, C * 9), weighted, each channel by its tint (slots, C) as well."""
-    sums = np.empty((len(rows), rows.shape[2]), dtype=np.float32)
-    for channel, shade in enumerate(tint.T):
-        columns = slice(channel * _COEFFICIENTS, (channel + 1) * _COEFFICIENTS)
-        tinted = (weights * shade[:, None]).reshape(rows.shape[:2])
-        sums[:, columns] = np.einsum("nj,njc->nc", tinted, rows[:, :, columns])
-    return sums
+    counts = np.diff(starts)
+    longest_first = np.argsort(-counts, kind="stable")
+    start = starts[:-1][longest_first]
+    sums = np.zeros((len(counts), lit.shape[1]), dtype=np.float32)
+    rows = np.empty_like(sums)
+    longer = len(counts) - np.cumsum(np.bincount(counts, minlength=1))
+    for place, runs in enumerate(longer[:-1]):
+        at = start[:runs] + place
+        lit.take(source.take(at), axis=0, out=rows[:runs], mode="clip")
+        if weights is not None:
+            by_channel = rows[:runs].reshape(runs, weights.shape[1], -1)
+            by_channel *= weights.take(at, axis=0)[:, :, None]
+        sums[:runs] += rows[:runs]
+    out = np.empty_like(sums)
+    out[longest_first] = sums
+    return out
 
 
 def _row_ids(rows: Float32) -> Int64:

@@ -17,16 +17,15 @@ from .transport import Pattern, Receivers
 
 Float32 = npt.NDArray[np.float32]
 Packed = npt.NDArray[np.uint64]
+UInt32 = npt.NDArray[np.uint32]
 
 ONE = 0xFFFF
-"""A barycentric of one, in the fixed point hits are kept in: whole numbers add up alike in any order."""
-
-_NO_HIT = np.uint64(0xFFFFFFFFFFFFFFFF)
+"""A barycentric of one, in the fixed point that hits are kept in."""
 
 
 @dataclass(frozen=True)
 class KeptHits:
-    """Hits that return light, eight bytes each, sorted by receiver, then triangle, then barycentrics.
+    """Hits that return light, eight bytes each, in the order of the receivers and of the rays of each.
 
     samples: rays that were cast per receiver.
     starts: (N + 1,) int64; the hits of receiver x are `packed[starts[x]:starts[x + 1]]`.
@@ -91,12 +90,10 @@ class HitStore:
         return sum(map(len, self.pieces))
 
 
-def unpacked(
-    packed: Packed,
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+def unpacked(packed: Packed) -> tuple[UInt32, UInt32, UInt32]:
     """Triangles and fixed-point barycentrics u, v of corners 1 and 2, (H,) each."""
-    bits = packed.view(np.int64)
-    return bits >> 32, (bits >> 16) & ONE, bits & ONE
+    barycentrics, triangle = np.asarray(packed).view("<u4").reshape(-1, 2).T
+    return triangle, barycentrics >> 16, barycentrics & ONE
 
 
 def trace(
@@ -130,10 +127,10 @@ def trace(
         rays = pattern.rays(receivers[part])
         hits = scene.hits(rays.origins, rays.directions)
         direct[part] = pattern.project(hits.triangle < 0, rays.frames)
-        kept = np.sort(_packed(hits, returns).reshape(-1, samples), axis=1)
-        is_hit = kept != _NO_HIT
-        starts[part.start + 1 : part.stop + 1] = np.count_nonzero(is_hit, axis=1)
-        chunks[part.start] = kept[is_hit]
+        keep = hits.front & (hits.triangle >= 0)
+        keep &= returns.take(hits.triangle, mode="clip")
+        starts[part.start + 1 : part.stop + 1] = np.count_nonzero(keep.reshape(-1, samples), axis=1)
+        chunks[part.start] = _packed(hits, np.flatnonzero(keep))
         return len(rays.origins)
 
     workers.run(len(receivers), pattern.chunk, work)
@@ -141,21 +138,20 @@ def trace(
     return direct, KeptHits(samples, starts, _joined(chunks, starts))
 
 
-def _packed(hits: Hits, returns: npt.NDArray[np.bool_]) -> Packed:
-    """Every ray's hit in eight bytes, `_NO_HIT` if it returns nothing."""
-    u = _fixed_point(hits.u)
-    v = np.minimum(_fixed_point(hits.v), ONE - u)
-    packed = hits.triangle.astype(np.int64) << 32
-    packed |= u << 16
-    packed |= v
-    keep = hits.front & (hits.triangle >= 0)
-    keep &= returns.take(hits.triangle, mode="clip")
-    return np.where(keep, packed.view(np.uint64), _NO_HIT)
+def _packed(hits: Hits, which: npt.NDArray[np.intp]) -> Packed:
+    """Some of the hits in eight bytes each."""
+    u = _fixed_point(hits.u.take(which))
+    v = np.minimum(_fixed_point(hits.v.take(which)), ONE - u)
+    packed = np.empty((len(which), 2), dtype="<u4")
+    packed[:, 0] = u << 16 | v
+    packed[:, 1] = hits.triangle.take(which)
+    return packed.reshape(-1).view(np.uint64)
 
 
-def _fixed_point(barycentric: Float32) -> npt.NDArray[np.int64]:
-    fixed: npt.NDArray[np.int64] = np.rint(np.clip(barycentric, 0.0, 1.0) * np.float32(ONE)).astype(np.int64)
-    return fixed
+def _fixed_point(barycentric: Float32) -> UInt32:
+    barycentric *= np.float32(ONE)
+    barycentric += np.float32(0.5)
+    return np.clip(barycentric, 0.0, ONE, out=barycentric).astype(np.uint32)
 
 
 def _joined(chunks: dict[int, Packed], starts: npt.NDArray[np.int64]) -> Packed:

@@ -21,7 +21,7 @@ def interreflected(
     bounces: int = 3,
     tolerance: float = 0.0,
 ) -> Float32:
-    """Sum the series by `T <- T0 + G T`, which needs no more memory than one state.
+    """Sum the series term by term: each bounce carries only what the one before it returned.
 
     Args:
         direct: (N, 9) T0, what arrives without a bounce.
@@ -32,12 +32,12 @@ def interreflected(
     Returns:
         (N, 9, 3) float32, RGB.
     """
-    start = np.broadcast_to(direct[:, None, :], (len(direct), gather.channels, direct.shape[1]))
-    transport = start
+    term = np.broadcast_to(direct[:, None, :], (len(direct), gather.channels, direct.shape[1]))
+    transport = term.copy()
     for _ in range(MAX_BOUNCES if tolerance > 0.0 else bounces):
-        before, transport = transport, gather(transport)
-        transport += start
-        if tolerance > 0.0 and np.abs(transport - before).max() < tolerance:
+        term = gather(term)
+        transport += term
+        if tolerance > 0.0 and np.abs(term).max(initial=0.0) < tolerance:
             break
     rgb = np.broadcast_to(transport, (len(direct), 3, direct.shape[1]))
     return np.ascontiguousarray(rgb.transpose(0, 2, 1))

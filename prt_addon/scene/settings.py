@@ -101,6 +101,7 @@ class RunProperties(MemoryProperties):
         "there with the same result. None if empty; delete its files when they are of no more use",
         default="",
         subtype="DIR_PATH",
+        options={"PATH_SUPPORTS_BLEND_RELATIVE"},
     )
 
 

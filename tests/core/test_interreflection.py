@@ -159,6 +159,44 @@ def test_gather_is_the_matrix_it_claims_to_be():
     np.testing.assert_allclose(gather(state), np.einsum("xyc,yck->xck", dense, state), atol=2e-5)
 
 
+def test_choice_of_a_corner_keeps_the_energy_and_the_mean(monkeypatch):
+    """One corner for three: the same light where all return the same, and on average wherever the light runs.
+
+    Under a ramp, each receiver's error is a sum of random choices; their mean has no more than its own standard error.
+    """
+    groups, occluders = corner(24)
+    hits = trace_groups(groups, occluders, replace(SETTINGS, samples=256)).hits
+
+    def both(state):
+        results = []
+        for limit in (0.0, np.inf):
+            monkeypatch.setattr(gather_module, "_FINE", limit)
+            results.append(Gather(hits, occluders.albedo, occluders.corner_receiver)(state))
+        return results
+
+    exact, chosen = both(np.ones((len(hits), 3, 9), dtype=np.float32))
+    np.testing.assert_allclose(chosen, exact, rtol=1e-5)
+    ramp = np.concatenate([group.points for group in groups]) @ np.random.default_rng(0).normal(size=(3, 9))
+    exact, chosen = both(np.repeat(ramp[:, None, :], 3, axis=1).astype(np.float32))
+    receives = exact[:, 0].any(axis=1)
+    error = (chosen - exact)[receives]
+    assert error.std() > 1e-4
+    assert np.abs(error.mean(axis=0) / error.std(axis=0)).max() < 4.0 / np.sqrt(receives.sum())
+
+
+@pytest.mark.parametrize("count", [9, 25])
+def test_choice_of_a_corner_is_lost_in_the_noise_of_the_rays(monkeypatch, count):
+    """A quarter of that noise would lengthen the error by a thirtieth."""
+    groups, occluders = corner(count)
+    settings = replace(SETTINGS, samples=256)
+    traced = [trace_groups(groups, occluders, replace(settings, seed=seed)) for seed in (0, 1)]
+    usual = np.concatenate(bounce(traced[0], occluders, settings))
+    monkeypatch.setattr(gather_module, "_FINE", 0.0)
+    exact, other = (np.concatenate(bounce(one, occluders, settings)) for one in traced)
+    noise = np.std(exact - other) / np.sqrt(2)
+    assert 0.0 < np.std(usual - exact) < 0.25 * noise
+
+
 def test_corners_without_receiver_return_nothing():
     groups, occluders = corner(6)
     black = replace(occluders, corner_receiver=np.full_like(occluders.corner_receiver, -1))
@@ -194,14 +232,14 @@ def test_same_bits_for_any_chunks_threads_and_group_order(monkeypatch):
     shuffled = replace(occluders, corner_receiver=moved[occluders.corner_receiver])
     for rays, hits, threads in ((64, 1, 3), (640, 100, 2), (1 << 20, 1 << 20, 1)):
         monkeypatch.setattr(transport_module, "_RAYS_AT_A_TIME", rays)
-        monkeypatch.setattr(gather_module, "_HITS_AT_A_TIME", hits)
+        monkeypatch.setattr(gather_module, "_RECEIVERS_AT_A_TIME", hits)
         again = bake([groups[i] for i in order], shuffled, SETTINGS, Run(Workers(threads)))
         for position, i in enumerate(order):
             np.testing.assert_array_equal(again[position], usual[i])
 
 
 @pytest.mark.parametrize("memory", [1 << 30, 20_000, 0])
-@pytest.mark.parametrize("rays", [1, 640, 5000])
+@pytest.mark.parametrize("rays", [300, 5000])
 def test_same_bits_in_any_pieces_in_memory_or_on_disk(monkeypatch, rays, memory):
     groups, occluders = corner(8)
     occluders = patterned(occluders)

@@ -13,6 +13,7 @@ import threading
 import time
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -172,6 +173,75 @@ def test_progress_counts_bounces_too(part, large, job_of):
     assert job.done == job.total and job.progress == pytest.approx(1.0, abs=0.01)
     assert any("Mrays/s" in text and "s left" in text for text in texts)
     assert any("bouncing light" in text and not text.startswith("100%") for text in texts)
+
+
+@pytest.fixture
+def modal(blender, small, job_of):
+    """What the button starts, driven event by event: without a window Blender sends none. Only reports go elsewhere."""
+    import importlib
+
+    import headless
+
+    operators = importlib.import_module(f"{headless.PACKAGE}.operators.job")
+
+    class Desk(operators.JobOperator):
+        def __init__(self):
+            self.make, self.told, self.ended = job_of("SHADOWED", NOT_SOON), [], None
+
+        def report(self, kind, sentence):
+            self.told.append((kind, sentence))
+
+        def _begin(self, _context):
+            return self.make()
+
+        def _end(self, _context, result):
+            self.ended = result
+
+        def event(self, kind, value="NOTHING"):
+            return self.modal(blender.context, SimpleNamespace(type=kind, value=value))
+
+        def until_it_ends(self):
+            while (state := self.event("TIMER")) == {"RUNNING_MODAL"}:
+                time.sleep(0.01)
+            return state
+
+    return Desk()
+
+
+def test_the_button_reads_works_and_ends(modal, job_of):
+    """The first tick of the timer reads the scene, the later ones watch, the last one takes the result."""
+    modal.make = job_of("SHADOWED", 256)
+    assert modal.event("MOUSEMOVE") == {"PASS_THROUGH"} and modal._job is None
+    assert modal.event("TIMER") == {"RUNNING_MODAL"} and modal._job.total == 162 * 256
+    assert modal.event("MOUSEMOVE") == {"PASS_THROUGH"}
+    assert modal.until_it_ends() == {"FINISHED"}
+    assert [len(transport) for transport in modal.ended] == [162]
+
+
+def test_escape_ends_the_button(modal):
+    """Soon, with a word, and without a result."""
+    assert modal.event("TIMER") == {"RUNNING_MODAL"}
+    assert modal.event("ESC", "PRESS") == {"RUNNING_MODAL"}
+    assert modal.until_it_ends() == {"CANCELLED"}
+    assert modal.told == [({"WARNING"}, "The bake was cancelled; nothing was changed.")] and modal.ended is None
+
+
+def test_blender_ends_the_button(blender, modal):
+    """Another file is loaded, or the window closes: the job is over when Blender goes on."""
+    modal.cancel(blender.context)
+    modal.event("TIMER")
+    modal.cancel(blender.context)
+    assert not modal._job.running
+
+
+def test_a_second_press_of_the_button_is_refused(modal, job_of):
+    """Before the first one has read the scene, Blender cannot know that it runs."""
+    other = job_of("SHADOWED", NOT_SOON)()
+    other.start()
+    assert modal.event("TIMER") == {"CANCELLED"}
+    assert modal.told == [({"ERROR"}, "A bake is running: wait for it, or cancel it.")]
+    other.cancel()
+    other.wait()
 
 
 def test_a_second_bake_is_refused(blender, part, stage, small, job_of, tmp_path):

@@ -150,6 +150,8 @@ def test_what_cannot_be_shared_is_refused(blender, scene, stage, tmp_path):
         blender.ops.prt.bake_shard(index=0, count=1)
     with pytest.raises(RuntimeError, match="never saved"):
         blender.ops.prt.bake_shard(index=0, count=1, directory="//shards")
+    with pytest.raises(RuntimeError, match="never saved"):
+        blender.ops.prt.bake(mode="SHADOWED", checkpoint_dir="//checkpoints")
     (tmp_path / "file").write_text("in the way")
     with pytest.raises(RuntimeError, match="cannot be used"):
         bake_shards(blender, tmp_path / "file", 1, mode="SHADOWED")
