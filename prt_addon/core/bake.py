@@ -194,7 +194,7 @@ def bake(
         return bounce(traced, occluders, settings, run)
     _check_finite(groups)
     if settings.mode == "UNSHADOWED":
-        return [unshadowed(group.normals) for group in groups]
+        return [unshadowed(group.normals, workers=run.workers) for group in groups]
     scene = RayScene(occluders.vertices, occluders.triangles)
     receivers = _joined(groups, scene)
     direct = shadowed(scene, receivers, settings.samples, settings.seed, run.workers)
