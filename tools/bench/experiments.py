@@ -8,6 +8,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -117,7 +118,10 @@ def open_receivers(receivers: int, turns: int) -> Result:
     group = ReceiverGroup("Normals", normals, normals, 1.0)
     nothing = Occluders(np.empty((0, 3)), np.empty((0, 3), dtype=np.int32))
     times = [_bake([group], nothing, BakeSettings("UNSHADOWED"))() for _ in range(turns)]
-    return {"per_second": receivers / min(t.wall for t in times), "per_core_second": receivers / min(t.cpu for t in times)}
+    return {
+        "per_second": receivers / min(t.wall for t in times),
+        "per_core_second": receivers / min(t.cpu for t in times),
+    }
 
 
 def memory(how: str, mode: str, receivers: int, samples: int) -> Result:
@@ -150,7 +154,7 @@ def blender_share(mode: str, receivers: int, samples: int, turns: int) -> Result
         for ob, found, transport, evidence in zip(objects, plan.receivers, results, plan.evidence, strict=True):
             layers.write(ob.data, found.domain, transport, found.element_receiver, settings, evidence=evidence)
         clock.append(now())
-        return [after - before for before, after in zip(clock, clock[1:], strict=False)]
+        return [after - before for before, after in pairwise(clock)]
 
     times = [turn() for _ in range(turns)]
     read, baked, write = (median([one[k] for one in times]) for k in range(3))

@@ -43,7 +43,11 @@ def _each_bounce(result: dict[str, Any]) -> Iterator[Row]:
     for count, share in enumerate(result["shares"][1:], start=1):
         before = result["shares"][count - 1]
         step = {clock: share[clock] - before[clock] for clock in share}
-        yield f"Bounce {count}, over the rays alone ({result['hits_per_receiver']:.0f} hits a receiver)", _both(step, 3), ""
+        yield (
+            f"Bounce {count}, over the rays alone ({result['hits_per_receiver']:.0f} hits a receiver)",
+            _both(step, 3),
+            "",
+        )
 
 
 def _against_uniform(result: dict[str, Any]) -> Iterator[Row]:
