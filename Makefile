@@ -1,6 +1,7 @@
 # make demo    the main job on real input, pictures in build/demo
 # make test    all tests
 # make lint    style and types
+# make package the zips that people install, in dist
 # Each makes the environment that it needs under build/venv. PYTHON chooses the interpreter and with it the Blender:
 # 3.11 runs bpy 4.5 LTS (or 5.0 with BPY=5.0), 3.13 runs bpy 5.2 LTS.
 
@@ -14,7 +15,7 @@ LINT := build/venv/lint-py$(PY)
 BLEND ?=
 TESTS ?=
 
-.PHONY: demo test lint clean
+.PHONY: demo test lint package clean
 
 demo: $(VENV)/.ready
 	$(VENV)/bin/python tools/demo.py $(if $(BLEND),--blend "$(BLEND)")
@@ -27,6 +28,9 @@ lint: $(LINT)/.ready
 	$(LINT)/bin/ruff format --check .
 	mkdir -p build/types && ln -sfn ../.. build/types/prt_relight
 	$(LINT)/bin/mypy
+
+package: $(VENV)/.ready
+	$(VENV)/bin/python tools/package.py
 
 $(VENV)/.ready: pyproject.toml
 	@test -n "$(BPY)" || { echo "No bpy for Python $(PY): use PYTHON=python3.11 or PYTHON=python3.13."; exit 1; }
