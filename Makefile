@@ -2,6 +2,7 @@
 # make test    all tests
 # make lint    style and types
 # make package the zips that people install, in dist
+# make app     those zips tried in a real Blender's window: Debian and root only; sets up APP_ROOT, pictures in build/app
 # Each makes the environment that it needs under build/venv. PYTHON chooses the interpreter and with it the Blender:
 # 3.11 runs bpy 4.5 LTS (or 5.0 with BPY=5.0), 3.13 runs bpy 5.2 LTS.
 
@@ -14,8 +15,9 @@ VENV := build/venv/py$(PY)-bpy$(BPY)
 LINT := build/venv/lint-py$(PY)
 BLEND ?=
 TESTS ?=
+APP_ROOT ?= build/app/root
 
-.PHONY: demo test lint package clean
+.PHONY: demo test lint package app clean
 
 demo: $(VENV)/.ready
 	$(VENV)/bin/python tools/demo.py $(if $(BLEND),--blend "$(BLEND)")
@@ -31,6 +33,10 @@ lint: $(LINT)/.ready
 
 package: $(VENV)/.ready
 	$(VENV)/bin/python tools/package.py
+
+app: package
+	tools/app/root.sh $(APP_ROOT)
+	tools/app/run.sh $(APP_ROOT) build/app
 
 $(VENV)/.ready: pyproject.toml
 	@test -n "$(BPY)" || { echo "No bpy for Python $(PY): use PYTHON=python3.11 or PYTHON=python3.13."; exit 1; }
