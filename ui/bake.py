@@ -44,7 +44,14 @@ class PRT_PT_bake(Tab, bpy.types.Panel):
         if context.active_object and context.active_object.type == "MESH":
             column.prop(context.active_object.prt, "space")
         if not raycast.is_available():
-            _draw_missing_ray_caster(layout.box().column(align=True))
+            box = layout.box().column()
+            box.label(text="Ray caster missing", icon="ERROR")
+            for line in (
+                "Unshadowed transport, light",
+                "and shading work. For shadows,",
+                "install your platform's zip.",
+            ):
+                box.label(text=line)
 
 
 class PRT_PT_meshes(Tab, bpy.types.Panel):
@@ -58,13 +65,6 @@ class PRT_PT_meshes(Tab, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         self.layout.prop(context.scene.prt, "make_single_user")
         self.layout.prop(context.scene.prt, "apply_modifiers")
-
-
-def _draw_missing_ray_caster(column: bpy.types.UILayout) -> None:
-    """What is missing, what works without it, and what to do, in lines that the sidebar's default width holds."""
-    column.label(text="Ray caster missing", icon="ERROR")
-    for line in ("Unshadowed transport, light", "and shading work. For shadows,", "install your platform's zip."):
-        column.label(text=line)
 
 
 CLASSES = (PRT_PT_bake, PRT_PT_meshes)

@@ -86,7 +86,7 @@ class Window:
 
     def close(self) -> None:
         """Quit as a person does, and wait for the end."""
-        self.press("ctrl+q")
+        self.press_at_rest("ctrl+q")
         self._blender.wait(60)
 
     @property
@@ -107,8 +107,14 @@ class Window:
 
     def press(self, key: str) -> None:
         """A key or a chord, such as `ctrl+z`."""
-        shell("xdotool", "key", "--delay", 60, key)
+        shell("xdotool", "key", "--delay", 150, key)
         time.sleep(0.5)
+
+    def press_at_rest(self, key: str) -> None:
+        """The same over the 3D View, once Blender has done what it was asked before: a busy one misses chords."""
+        self.hover_view()
+        self.settle()
+        self.press(key)
 
     def click(self, x: int, y: int) -> None:
         """Go there, let Blender notice, and click."""
@@ -146,7 +152,7 @@ class Window:
         shell("xdotool", "mousedown", 1)
         for _ in range(10):
             shell("xdotool", "mousemove_relative", "--", right // 10, 0)
-            time.sleep(0.05)
+            time.sleep(0.1)
         shell("xdotool", "mouseup", 1)
         time.sleep(0.5)
 
@@ -163,12 +169,25 @@ class Window:
             time.sleep(1.0)
         raise AssertionError(f"{text!r} is not to be seen among {[line.text for line in lines]}")
 
-    def read(self, box: Box, turned: bool = False) -> list[Line]:
-        """The lines of text in a box; `turned` reads text that runs top down, its x counted from the box's top."""
+    def read(self, box: Box, turned: bool = False, levels: str = "30%,70%") -> list[Line]:
+        """The lines of text in a box; `turned` reads text that runs top down, its x counted from the box's top.
+
+        What is darker than the first level is taken for paper, what is lighter than the second for ink.
+        """
         seen, enlarged = self.scratch / "seen.png", self.scratch / "enlarged.png"
         left, top, _, _ = box
         self.crop(box, seen)
-        look = ["-colorspace", "Gray", "-filter", "Lanczos", "-resize", f"{ENLARGED}00%", "-level", "30%,70%", "-negate"]
+        look = [
+            "-colorspace",
+            "Gray",
+            "-filter",
+            "Lanczos",
+            "-resize",
+            f"{ENLARGED}00%",
+            "-level",
+            "30%,70%",
+            "-negate",
+        ]
         shell("convert", seen, *(["-rotate", "-90"] if turned else []), *look, enlarged)
         table = shell("tesseract", enlarged, "-", "--psm", "11", "-c", "tessedit_create_tsv=1")
         lines: dict[tuple[str, ...], Line] = {}
@@ -181,16 +200,22 @@ class Window:
             line.boxes.append((x, y, w, h) if turned else (left + x, top + y, w, h))
         return list(lines.values())
 
-    def wait_for_shaders(self) -> None:
-        """Wait until the 3D View no longer says, in its upper left corner, that it compiles: Blender is deaf meanwhile."""
+    def settle(self) -> None:
+        """Wait until nothing moves on the screen and the 3D View no longer says, in its corner, that it compiles."""
         left, top, width, height = self.state["view"]
         corner = left, top, width // 2, height // 3
+        before, after = self.scratch / "before.png", self.scratch / "after.png"
+        everything = 0, 0, *self.display.size
 
-        def compiles() -> bool:
+        def settled() -> bool:
+            self.crop(everything, before)
             time.sleep(2.0)
-            return any("ompiling" in line.text for line in self.read(corner))
+            self.crop(everything, after)
+            lines = self.read(corner, levels="70%,95%")  # white letters over a picture
+            alive = time.time() - self.state["time"] < 1.0
+            return alive and difference(before, after) < 1e-4 and not any("ompil" in line.text for line in lines)
 
-        wait_until(lambda: not compiles(), 300, "the shaders")
+        wait_until(settled, 300, "the window to come to rest")
 
     def crop(self, box: Box, path: Path) -> None:
         """A part of the screen."""
@@ -203,6 +228,14 @@ class Window:
         path = self.pictures / f"{name}.png"
         shell("import", "-window", "root", path)
         return path
+
+
+def difference(one: Path, other: Path) -> float:
+    """RMS difference of two pictures, 0..1."""
+    done = subprocess.run(["compare", "-metric", "RMSE", one, other, "null:"], capture_output=True, text=True)
+    found = re.search(r"\((.+)\)", done.stderr)
+    assert done.returncode < 2 and found, done.stderr
+    return float(found[1])
 
 
 def plain(word: str) -> str:

@@ -8,6 +8,7 @@ import hashlib
 import importlib
 import json
 import sys
+import time
 from pathlib import Path
 
 import bpy
@@ -25,6 +26,7 @@ def state():
     job = importlib.import_module(f"{PACKAGE}.prt_addon.bake_job").running_job()
     mapping = [node for node in bpy.context.scene.world.node_tree.nodes if node.bl_idname == "ShaderNodeMapping"]
     return {
+        "time": time.time(),
         "file": bpy.data.filepath,
         "saved": not bpy.data.is_dirty,
         "view": box(regions["WINDOW"], window),
