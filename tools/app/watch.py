@@ -32,12 +32,18 @@ def state():
         "view": box(regions["WINDOW"], window),
         "sidebar": box(sidebar, window) if sidebar.width > 1 else None,
         "tab": sidebar.active_panel_category if sidebar.width > 1 else None,
+        "folded": [panel.bl_label for panel in panels() if "DEFAULT_CLOSED" in getattr(panel, "bl_options", ())],
         "row": 20 * bpy.context.preferences.system.ui_scale,
         "progress": job.progress if job else None,
         "baked": sum("_PRT_8" in mesh.attributes for mesh in bpy.data.meshes),
         "content": content(),
         "turn": list(mapping[0].inputs["Rotation"].default_value) if mapping else None,
     }
+
+
+def panels():
+    """The extension's panels."""
+    return [panel for panel in bpy.types.Panel.__subclasses__() if panel.__module__.startswith(PACKAGE)]
 
 
 def box(region, window):
