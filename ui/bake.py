@@ -45,7 +45,7 @@ class PRT_PT_bake(Tab, bpy.types.Panel):
             column.prop(context.active_object.prt, "space")
         if not raycast.is_available():
             box = layout.box().column()
-            box.label(text="Ray caster missing", icon="ERROR")
+            box.label(text="The ray caster is missing.", icon="ERROR")
             for line in (
                 "Unshadowed transport, light",
                 "and shading work. For shadows,",

@@ -12,7 +12,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from desktop import Display, Window, centre, difference
+from desktop import Box, Display, Window, centre, difference
 
 HERE = Path(__file__).resolve().parent
 SCENE = HERE / "scene.blend"
@@ -134,6 +134,7 @@ def first_day(display: Display) -> None:
         if now["tab"] != "PRT":
             open_tab(window)
         window.screenshot("window_8_reopened")
+        window.crop(drawn_panels(window), HERE / "panel.png")
         window.click_text("Remove Everything")
         window.wait(lambda now: now["baked"] == 0, 20, "removal")
         window.press_at_rest("ctrl+s")
@@ -171,7 +172,7 @@ def without_ray_caster() -> None:
     install(NO_WHEELS, HERE / min((path.name for path in HERE.glob("prt_relight-*.zip")), key=len))
     with Display(1280, 800) as display, Window(display, SCENE, NO_WHEELS, HERE) as window:
         open_tab(window)
-        window.find("Ray caster missing")
+        window.find("ray caster is missing")
         window.screenshot("no_wheels_1_tab")
         window.click_text("Bake PRT")
         assert window.state["progress"] is None and window.state["baked"] == 0
@@ -213,6 +214,13 @@ def picture_of_view(window: Window, name: str) -> Path:
     window.crop((left + width // 4, top + height // 4, width // 2, height // 2), view)
     window.screenshot(name)
     return view
+
+
+def drawn_panels(window: Window) -> Box:
+    """The sidebar from its top to its last words."""
+    left, top, width, _ = window.state["sidebar"]
+    bottom = max(y + height for line in window.read(window.panels) for _, y, _, height in line.boxes)
+    return left, top, width, round(bottom + window.state["row"] / 2 - top)
 
 
 def no_traceback(window: Window) -> None:
