@@ -77,7 +77,8 @@ def pip_download(platform: str, python: str) -> None:
     """The wheels for a platform and a Python, their hashes checked."""
     target = ("--platform", platform, "--python-version", python, "--implementation", "cp", "--only-binary=:all:")
     command = (sys.executable, "-m", "pip", "download", "--quiet", "--no-deps", "--require-hashes", *target)
-    subprocess.run((*command, "--dest", WHEELS, "--requirement", REQUIREMENTS), check=True)
+    if subprocess.run((*command, "--dest", WHEELS, "--requirement", REQUIREMENTS)).returncode:
+        sys.exit(f"The wheels for {platform}, Python {python}, could not be fetched: pip says why above.")
 
 
 def digests(folder: Path) -> set[str]:
