@@ -1,7 +1,10 @@
-# make demo    the main job on real input, pictures in build/demo
-# make test    all tests
-# make bench   how fast and how large: docs/benchmark.md; JSON and curves in build/bench
-# make lint    style and types
+# make demo     the main job on real input, pictures in build/demo
+# make test     all tests
+# make bench    how fast and how large: docs/benchmark.md; JSON and curves in build/bench
+# make gallery  the pictures of README and docs, every HDRI and mode beside Cycles: docs/gallery.md
+# make lint     style and types
+# make package  the zips that people install, in dist
+# make app      those zips tried in a real Blender's window: Debian and root only; sets up APP_ROOT, pictures in build/app
 # Each makes the environment that it needs under build/venv. PYTHON chooses the interpreter and with it the Blender:
 # 3.11 runs bpy 4.5 LTS (or 5.0 with BPY=5.0), 3.13 runs bpy 5.2 LTS.
 
@@ -14,8 +17,9 @@ VENV := build/venv/py$(PY)-bpy$(BPY)
 LINT := build/venv/lint-py$(PY)
 BLEND ?=
 TESTS ?=
+APP_ROOT ?= build/app/root
 
-.PHONY: demo test bench lint clean
+.PHONY: demo test bench gallery lint package app clean
 
 demo: $(VENV)/.ready
 	$(VENV)/bin/python tools/demo.py $(if $(BLEND),--blend "$(BLEND)")
@@ -26,11 +30,21 @@ test: $(VENV)/.ready
 bench: $(VENV)/.bench
 	$(VENV)/bin/python tools/bench --table docs/benchmark.md
 
+gallery: $(VENV)/.ready
+	$(VENV)/bin/python tools/gallery.py
+
 lint: $(LINT)/.ready
 	$(LINT)/bin/ruff check .
 	$(LINT)/bin/ruff format --check .
 	mkdir -p build/types && ln -sfn ../.. build/types/prt_relight
 	$(LINT)/bin/mypy
+
+package: $(VENV)/.ready
+	$(VENV)/bin/python tools/package.py
+
+app: package
+	tools/app/root.sh $(APP_ROOT)
+	tools/app/run.sh $(APP_ROOT) build/app
 
 $(VENV)/.ready: pyproject.toml
 	@test -n "$(BPY)" || { echo "No bpy for Python $(PY): use PYTHON=python3.11 or PYTHON=python3.13."; exit 1; }

@@ -31,7 +31,12 @@ class PRT_PT_bake(Tab, bpy.types.Panel):
         if not raycast.is_available():
             box = layout.box().column()
             box.label(text="The ray caster is missing.", icon="ERROR")
-            box.label(text="Unshadowed still works.")
+            for line in (
+                "Unshadowed transport, light",
+                "and shading work. For shadows,",
+                "install your platform's zip.",
+            ):
+                box.label(text=line)
 
 
 class PRT_PT_settings(Tab, bpy.types.Panel):

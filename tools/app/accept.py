@@ -1,0 +1,236 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The acceptance suite: the zips that people install, in the application that people use.
+
+Run by run.sh as root of the folder that root.sh set up. Leaves a picture of every step beside itself, to be looked at.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+from desktop import Box, Display, Window, centre, difference
+
+HERE = Path(__file__).resolve().parent
+SCENE = HERE / "scene.blend"
+WITH, WITHOUT, NO_WHEELS = (HERE / name for name in ("with", "without", "no_wheels"))  # profiles
+BAKE = "import bpy; bpy.ops.prt.bake(samples=64); bpy.ops.wm.save_as_mainfile(filepath='{}')"
+NO_WORLD = "import bpy; bpy.context.scene.world = None; bpy.ops.prt.bake(samples=64)"
+
+
+def main() -> None:
+    """All of it, in the order of a person's first day."""
+    with Display(1280, 800) as display:
+        install(WITH, next(HERE.glob("*linux_x64.zip")))
+        blender(WITH, "-b", "--python", HERE / "scene.py", "--", SCENE)
+        step("installed from the zip")
+        batch()
+        first_day(display)
+    legible("at_100_percent", 1.0, (1280, 1600))
+    legible("at_200_percent", 2.0, (1800, 2800))
+    without_ray_caster()
+    print("The application accepts it. Look at the pictures.")
+
+
+def step(said: str) -> None:
+    print(f"  {said}", flush=True)
+
+
+def blender(profile: Path, *arguments: object, status: int = 0) -> str:
+    """Run Blender with a profile, insist on its exit status, and return all that it says."""
+    environment = os.environ | {"BLENDER_USER_RESOURCES": str(profile)}
+    command = ["blender", *map(str, arguments)]
+    done = subprocess.run(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    assert done.returncode == status, f"{command} exited with {done.returncode}:\n{done.stdout}"
+    return done.stdout
+
+
+def install(profile: Path, zip_file: Path) -> None:
+    """The zip into a fresh profile, from the command line; and no splash screen over the window."""
+    blender(profile, "--command", "extension", "install-file", "-r", "user_default", "--enable", zip_file)
+    prefer(profile, "view.show_splash = False")
+
+
+def prefer(profile: Path, setting: str) -> None:
+    """Set a preference, and keep it."""
+    blender(
+        profile, "-b", "--python-expr", f"import bpy; bpy.context.preferences.{setting}; bpy.ops.wm.save_userpref()"
+    )
+
+
+def batch() -> None:
+    """From the command line: success and failure to the shell, and a file that needs no extension afterwards."""
+    baked = HERE / "baked.blend"
+    blender(WITH, "-b", SCENE, "--python-exit-code", "1", "--python-expr", BAKE.format(baked))
+    said = blender(WITH, "-b", SCENE, "--python-exit-code", "1", "--python-expr", NO_WORLD, status=1)
+    assert "world" in said, said
+    step("batch bake: exits with 0 on success, with 1 and a sentence on failure")
+    said = blender(WITH, "-b", baked, "--python", HERE / "frames.py", "--", HERE / "batch_with")
+    assert "relit by the extension" in said, said
+    said = blender(WITHOUT, "-b", baked, "--python", HERE / "frames.py", "--", HERE / "batch_without")
+    assert "relit without the extension" in said, said
+    for degrees in (0, 90):
+        assert difference(HERE / f"batch_with_{degrees}.png", HERE / f"batch_without_{degrees}.png") < 1e-3
+    assert difference(HERE / "batch_without_0.png", HERE / "batch_without_90.png") > 0.02
+    step("the baked file turns and renders alike in a Blender without the extension")
+
+
+def first_day(display: Display) -> None:
+    """Open, bake, change one's mind, bake, turn, undo, redo, remove, save, reopen: by mouse and keys."""
+    with Window(display, SCENE, WITH, HERE) as window:
+        pristine = window.state["content"]
+        open_tab(window)
+        look_through_camera(window)
+        window.screenshot("window_1_tab")
+
+        window.click_text("Bake PRT")
+        window.hover_view()
+        for share in (0.1, 0.3):
+            window.wait(lambda now, share=share: (now["progress"] or 0.0) > share, 120, "progress to move")
+        window.screenshot("window_2_baking")
+        assert window.state["progress"], "the bake is too quick to be stopped half way"
+        window.press("Escape")
+        now = window.wait(lambda now: now["progress"] is None, 10, "Esc to stop the bake")
+        assert now["content"] == pristine, "a cancelled bake changed the file"
+        window.screenshot("window_3_cancelled")
+        step("Esc half way leaves everything as it was")
+
+        window.click_text("Bake PRT")
+        window.wait(lambda now: (now["progress"] or 0.0) > 0.0, 30, "progress to start")
+        now = window.wait(lambda now: now["progress"] is None and now["baked"] == 2, 300, "the bake to end")
+        baked = now["content"]
+        before = picture_of_view(window, "window_4_baked")
+        step("the button bakes, the progress moves")
+
+        turn_by_slider(window)
+        window.wait(lambda now: abs(now["turn"][2]) > 0.1, 20, "the slider to turn the world")
+        after = picture_of_view(window, "window_5_turned")
+        turned = window.state["turn"]
+        assert difference(before, after) > 0.02, "the viewport did not turn with the world"
+        step("the slider turns the light in the viewport")
+
+        window.press_at_rest("ctrl+z")
+        window.wait(lambda now: now["turn"] != turned and now["baked"] == 2, 20, "undo of the turn")
+        window.press_at_rest("ctrl+z")
+        window.wait(lambda now: now["content"] == pristine, 20, "undo of the bake in one step")
+        window.screenshot("window_6_undone")
+        window.press_at_rest("ctrl+shift+z")
+        window.wait(lambda now: now["content"] == baked, 20, "redo of the bake")
+        window.press_at_rest("ctrl+shift+z")
+        window.wait(lambda now: now["turn"] == turned, 20, "redo of the turn")
+        window.screenshot("window_7_redone")
+        step("undo and redo, a step each")
+
+        window.press_at_rest("ctrl+s")
+        window.wait(lambda now: now["saved"], 20, "the file to be saved")
+        window.close()
+    no_traceback(window)
+
+    with Window(display, SCENE, WITH, HERE) as window:
+        now = window.state
+        assert now["content"] == baked and now["turn"] == turned, "the file did not come back as it was saved"
+        if now["tab"] != "PRT":
+            open_tab(window)
+        window.screenshot("window_8_reopened")
+        window.crop(drawn_panels(window), HERE / "panel.png")
+        window.click_text("Remove Everything")
+        window.wait(lambda now: now["baked"] == 0, 20, "removal")
+        window.press_at_rest("ctrl+s")
+        window.wait(lambda now: now["saved"], 20, "the file to be saved")
+        window.close()
+    no_traceback(window)
+
+    with Window(display, SCENE, WITH, HERE) as window:
+        assert window.state["baked"] == 0
+        window.screenshot("window_9_removed_and_reopened")
+    no_traceback(window)
+    step("saved, reopened, removed, saved and reopened")
+
+
+def legible(name: str, scale: float, size: tuple[int, int]) -> None:
+    """All of the tab at the sidebar's default width, with every panel open: no word may be cut off."""
+    prefer(WITH, f"view.ui_scale = {scale}")
+    with Display(*size) as display, Window(display, HERE / "baked.blend", WITH, HERE) as window:
+        open_tab(window)
+        for panel in window.state["folded"]:
+            window.click_text(panel)
+        window.hover_view()
+        window.settle()
+        window.screenshot(name)
+        lines = [line.text for line in window.read(window.panels)]
+        cut = [line for line in lines if re.search(r"\.\.|…", line)]  # how Blender shortens what does not fit
+        assert not cut, f"cut off at {scale:.0%}: {cut}"
+    no_traceback(window)
+    prefer(WITH, "view.ui_scale = 1.0")
+    step(f"nothing is cut off at {scale:.0%}")
+
+
+def without_ray_caster() -> None:
+    """The zip without wheels: the panel says what is missing, and nothing raises."""
+    install(NO_WHEELS, HERE / min((path.name for path in HERE.glob("prt_relight-*.zip")), key=len))
+    with Display(1280, 800) as display, Window(display, SCENE, NO_WHEELS, HERE) as window:
+        open_tab(window)
+        window.find("ray caster is missing")
+        window.screenshot("no_wheels_1_tab")
+        window.click_text("Bake PRT")
+        assert window.state["progress"] is None and window.state["baked"] == 0
+        window.screenshot("no_wheels_2_refused")
+    no_traceback(window)
+    step("without embreex the panel says so, and refuses in a sentence")
+
+
+def open_tab(window: Window) -> None:
+    """The sidebar by its key, the tab by a click."""
+    if not window.state["sidebar"]:
+        window.press("n")
+        window.wait(lambda now: now["sidebar"], 10, "the sidebar")
+    window.click_tab("PRT")
+    window.wait(lambda now: now["tab"] == "PRT", 10, "the tab")
+    window.hover_view()
+
+
+def look_through_camera(window: Window) -> None:
+    """The camera's view, rendered: the pie menu of Z, and its item on top."""
+    for key in ("KP_0", "z", "8"):
+        window.press(key)
+    window.settle()
+
+
+def turn_by_slider(window: Window) -> None:
+    """Pull the field of the rotation about Z, two rows below the one that is called Rotation."""
+    left, _, width, _ = window.panels
+    _, y = centre(window.find("Rotation"))
+    window.drag(left + int(width * 0.6), y + round(2 * window.state["row"]), 350)
+
+
+def picture_of_view(window: Window, name: str) -> Path:
+    """The middle of the 3D View at rest; the whole screen is kept."""
+    left, top, width, height = window.state["view"]
+    view = window.scratch / f"{name}.png"
+    window.hover_view()
+    window.settle()
+    window.crop((left + width // 4, top + height // 4, width // 2, height // 2), view)
+    window.screenshot(name)
+    return view
+
+
+def drawn_panels(window: Window) -> Box:
+    """The sidebar from its top to its last words."""
+    left, top, width, _ = window.state["sidebar"]
+    bottom = max(y + height for line in window.read(window.panels) for _, y, _, height in line.boxes)
+    return left, top, width, round(bottom + window.state["row"] / 2 - top)
+
+
+def no_traceback(window: Window) -> None:
+    said = window.log.read_text()
+    assert "Traceback" not in said, said
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except AssertionError as failure:
+        sys.exit(f"The application does not accept it: {failure}")

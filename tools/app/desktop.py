@@ -1,0 +1,271 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A person at a screen: Blender's window under Xvfb, seen, clicked and typed at.
+
+Nothing here knows where a button is. `find("Bake PRT")` reads the screen by OCR, as eyes would, so a layout may change
+without a change here; what a click came to is read from the state that watch.py tells from inside Blender.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import re
+import subprocess
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+Box = tuple[int, int, int, int]  # left, top, width, height in pixels, y down
+DISPLAY = ":7"
+ENLARGED = 3  # Blender's 11-pixel letters are too small for OCR
+PATIENCE = 5  # looks at the screen, a second apart, before what is not there is missed
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line of text on the screen: its words and their boxes."""
+
+    words: list[str]
+    boxes: list[Box]
+
+    @property
+    def text(self) -> str:
+        return " ".join(self.words)
+
+
+class Display:
+    """A screen without a monitor; ends with the `with`."""
+
+    def __init__(self, width: int, height: int) -> None:
+        self.size = (width, height)
+
+    def __enter__(self) -> Display:
+        command = ["Xvfb", DISPLAY, "-screen", "0", "{}x{}x24".format(*self.size), "-nolisten", "tcp"]
+        self._server = subprocess.Popen(command, stderr=subprocess.DEVNULL)
+        os.environ["DISPLAY"] = DISPLAY
+        wait_until(lambda: Path(f"/tmp/.X11-unix/X{DISPLAY[1:]}").exists(), 20, "the display")
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._server.terminate()
+        self._server.wait()
+
+
+class Window:
+    """Blender's window, as large as the display, on a file and with a profile; ends with the `with`."""
+
+    def __init__(self, display: Display, blend: Path, profile: Path, pictures: Path) -> None:
+        self.display, self.blend, self.profile, self.pictures = display, blend, profile, pictures
+        self.scratch = Path("/tmp")
+        self.log = pictures / "window.log"
+        self._told = pictures / "state.json"
+
+    def __enter__(self) -> Window:
+        self._told.unlink(missing_ok=True)
+        width, height = map(str, self.display.size)
+        watch = Path(__file__).with_name("watch.py")
+        command = ["blender", "--window-geometry", "0", "0", width, height, self.blend, "--python", watch]
+        environment = os.environ | {"BLENDER_USER_RESOURCES": str(self.profile)}
+        with self.log.open("w") as log:
+            self._blender = subprocess.Popen(
+                [*command, "--", self._told], env=environment, stdout=log, stderr=subprocess.STDOUT
+            )
+        wait_until(self._told.exists, 120, "Blender's window")
+        window = shell("xdotool", "search", "--onlyvisible", "--class", "blender").split()[-1]
+        shell("xdotool", "windowfocus", window)  # no window manager does it
+        self.hover_view()
+        return self
+
+    def __exit__(self, kind: type | None, *_: object) -> None:
+        if kind:
+            self.screenshot("failure")
+        self._blender.kill()
+        self._blender.wait()
+
+    def close(self) -> None:
+        """Quit as a person does, and wait for the end."""
+        self.press_at_rest("ctrl+q")
+        self._blender.wait(60)
+
+    @property
+    def state(self) -> dict:
+        """What watch.py tells; at most half a second old."""
+        return json.loads(self._told.read_text())
+
+    def wait(self, condition: Callable[[dict], bool], seconds: float, what: str) -> dict:
+        """Wait until the state is as wanted, and return it."""
+        wait_until(lambda: condition(self.state), seconds, what)
+        return self.state
+
+    def hover_view(self) -> None:
+        """Put the mouse over the 3D View: Blender's keys go to what lies under it."""
+        left, top, width, height = self.state["view"]
+        shell("xdotool", "mousemove", left + width // 4, top + height * 3 // 4)
+        time.sleep(0.3)
+
+    def press(self, key: str) -> None:
+        """A key or a chord, such as `ctrl+z`."""
+        shell("xdotool", "key", "--delay", 150, key)
+        time.sleep(0.5)
+
+    def press_at_rest(self, key: str) -> None:
+        """The same over the 3D View, once Blender has done what it was asked before: a busy one misses chords."""
+        self.hover_view()
+        self.settle()
+        self.press(key)
+
+    def click(self, x: int, y: int) -> None:
+        """Go there, let Blender notice, and click."""
+        shell("xdotool", "mousemove", x, y)
+        time.sleep(0.4)
+        shell("xdotool", "click", 1)
+        time.sleep(0.4)
+
+    def click_text(self, text: str) -> None:
+        """Click on words in the panels."""
+        self.click(*centre(self.find(text)))
+
+    def click_tab(self, name: str) -> None:
+        """Click on a tab of the sidebar: its name is written top down along the right edge."""
+        left, top, width, height = self._tabs
+        along, _, length, _ = self.find(name, (left, top, width, height), turned=True)
+        self.click(left + width // 2, top + along + length // 2)
+
+    @property
+    def panels(self) -> Box:
+        """The sidebar, less its tabs."""
+        left, top, width, height = self.state["sidebar"]
+        return left, top, width - self._tabs[2], height
+
+    @property
+    def _tabs(self) -> Box:
+        left, top, width, height = self.state["sidebar"]
+        strip = round(1.3 * self.state["row"])
+        return left + width - strip, top, strip, height
+
+    def drag(self, x: int, y: int, right: int) -> None:
+        """Press there, pull to the right by as many pixels, and let go."""
+        shell("xdotool", "mousemove", x, y)
+        time.sleep(0.3)
+        shell("xdotool", "mousedown", 1)
+        for _ in range(10):
+            shell("xdotool", "mousemove_relative", "--", right // 10, 0)
+            time.sleep(0.1)
+        shell("xdotool", "mouseup", 1)
+        time.sleep(0.5)
+
+    def find(self, text: str, within: Box | None = None, turned: bool = False) -> Box:
+        """The box of words that stand in one line, in the panels unless told otherwise; waits for them a while."""
+        wanted = text.lower().split()
+        for _ in range(PATIENCE):
+            lines = self.read(within or self.panels, turned)
+            for line in lines:
+                words = [plain(word) for word in line.words]
+                for start in range(len(words) - len(wanted) + 1):
+                    if words[start : start + len(wanted)] == wanted:
+                        return around(line.boxes[start : start + len(wanted)])
+            time.sleep(1.0)
+        raise AssertionError(f"{text!r} is not to be seen among {[line.text for line in lines]}")
+
+    def read(self, box: Box, turned: bool = False, levels: str = "30%,70%") -> list[Line]:
+        """The lines of text in a box; `turned` reads text that runs top down, its x counted from the box's top.
+
+        What is darker than the first level is taken for paper, what is lighter than the second for ink.
+        """
+        seen, enlarged = self.scratch / "seen.png", self.scratch / "enlarged.png"
+        left, top, _, _ = box
+        self.crop(box, seen)
+        look = [
+            "-colorspace",
+            "Gray",
+            "-filter",
+            "Lanczos",
+            "-resize",
+            f"{ENLARGED}00%",
+            "-level",
+            "30%,70%",
+            "-negate",
+        ]
+        shell("convert", seen, *(["-rotate", "-90"] if turned else []), *look, enlarged)
+        table = shell("tesseract", enlarged, "-", "--psm", "11", "-c", "tessedit_create_tsv=1")
+        lines: dict[tuple[str, ...], Line] = {}
+        for row in csv.DictReader(table.splitlines(), delimiter="\t", quoting=csv.QUOTE_NONE):
+            if row["text"] is None or not row["text"].strip():
+                continue
+            x, y, w, h = (int(row[key]) // ENLARGED for key in ("left", "top", "width", "height"))
+            line = lines.setdefault((row["block_num"], row["par_num"], row["line_num"]), Line([], []))
+            line.words.append(row["text"])
+            line.boxes.append((x, y, w, h) if turned else (left + x, top + y, w, h))
+        return list(lines.values())
+
+    def settle(self) -> None:
+        """Wait until nothing moves on the screen and the 3D View no longer says, in its corner, that it compiles."""
+        left, top, width, height = self.state["view"]
+        corner = left, top, width // 2, height // 3
+        before, after = self.scratch / "before.png", self.scratch / "after.png"
+        everything = 0, 0, *self.display.size
+
+        def settled() -> bool:
+            self.crop(everything, before)
+            time.sleep(2.0)
+            self.crop(everything, after)
+            lines = self.read(corner, levels="70%,95%")  # white letters over a picture
+            alive = time.time() - self.state["time"] < 1.0
+            return alive and difference(before, after) < 1e-4 and not any("ompil" in line.text for line in lines)
+
+        wait_until(settled, 300, "the window to come to rest")
+
+    def crop(self, box: Box, path: Path) -> None:
+        """A part of the screen."""
+        left, top, width, height = box
+        shell("import", "-window", "root", "-crop", f"{width}x{height}+{left}+{top}", "+repage", path)
+
+    def screenshot(self, name: str) -> Path:
+        """Keep what is on the screen."""
+        time.sleep(1.0)
+        path = self.pictures / f"{name}.png"
+        shell("import", "-window", "root", path)
+        return path
+
+
+def difference(one: Path, other: Path) -> float:
+    """RMS difference of two pictures, 0..1."""
+    done = subprocess.run(["compare", "-metric", "RMSE", one, other, "null:"], capture_output=True, text=True)
+    found = re.search(r"\((.+)\)", done.stderr)
+    assert done.returncode < 2 and found, done.stderr
+    return float(found[1])
+
+
+def plain(word: str) -> str:
+    """A word without what OCR makes of icons and frames around it."""
+    return re.sub(r"^\W+|\W+$", "", word.lower())
+
+
+def centre(box: Box) -> tuple[int, int]:
+    left, top, width, height = box
+    return left + width // 2, top + height // 2
+
+
+def around(boxes: list[Box]) -> Box:
+    """The smallest box around boxes."""
+    left, top = min(b[0] for b in boxes), min(b[1] for b in boxes)
+    return left, top, max(b[0] + b[2] for b in boxes) - left, max(b[1] + b[3] for b in boxes) - top
+
+
+def shell(*command: object) -> str:
+    """Run a program and return what it prints; whatever it says of a failure is raised."""
+    done = subprocess.run([str(part) for part in command], capture_output=True, text=True)
+    if done.returncode:
+        raise AssertionError(f"{' '.join(map(str, command))}: {done.stderr.strip()}")
+    return done.stdout
+
+
+def wait_until(condition: Callable[[], bool], seconds: float, what: str) -> None:
+    """Raises AssertionError if it does not come true in time."""
+    end = time.monotonic() + seconds
+    while not condition():
+        if time.monotonic() > end:
+            raise AssertionError(f"waited {seconds:.0f} s in vain for {what}")
+        time.sleep(0.1)

@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Runs inside Blender's window and tells, a few times a second, what the acceptance suite asks about. Touches nothing.
+
+blender FILE --python watch.py -- STATE.json
+"""
+
+import hashlib
+import importlib
+import json
+import sys
+import time
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+PACKAGE = "bl_ext.user_default.prt_relight"
+
+
+def state():
+    """What is open, where the sidebar is, how far a bake is, and what is in the file."""
+    window = bpy.context.window_manager.windows[0]
+    [area] = [area for area in window.screen.areas if area.type == "VIEW_3D"]
+    regions = {region.type: region for region in area.regions}
+    sidebar = regions["UI"]
+    job = importlib.import_module(f"{PACKAGE}.prt_addon.bake_job").running_job()
+    mapping = [node for node in bpy.context.scene.world.node_tree.nodes if node.bl_idname == "ShaderNodeMapping"]
+    return {
+        "time": time.time(),
+        "file": bpy.data.filepath,
+        "saved": not bpy.data.is_dirty,
+        "view": box(regions["WINDOW"], window),
+        "sidebar": box(sidebar, window) if sidebar.width > 1 else None,
+        "tab": sidebar.active_panel_category if sidebar.width > 1 else None,
+        "folded": [panel.bl_label for panel in panels() if "DEFAULT_CLOSED" in getattr(panel, "bl_options", ())],
+        "row": 20 * bpy.context.preferences.system.ui_scale,
+        "progress": job.progress if job else None,
+        "baked": sum("_PRT_8" in mesh.attributes for mesh in bpy.data.meshes),
+        "content": content(),
+        "turn": list(mapping[0].inputs["Rotation"].default_value) if mapping else None,
+    }
+
+
+def panels():
+    """The extension's panels."""
+    return [panel for panel in bpy.types.Panel.__subclasses__() if panel.__module__.startswith(PACKAGE)]
+
+
+def box(region, window):
+    """Left, top, width, height in pixels of the screen, whose y points down."""
+    return region.x, window.height - region.y - region.height, region.width, region.height
+
+
+def content():
+    """A digest of all that a bake may touch: meshes and their attributes, materials' nodes, the world's properties."""
+    digest = hashlib.sha256()
+    for mesh in bpy.data.meshes:
+        points = np.empty(len(mesh.vertices) * 3, dtype=np.float32)
+        mesh.vertices.foreach_get("co", points)
+        digest.update(points.tobytes())
+        digest.update(repr([mesh.name, sorted(mesh.attributes.keys()), sorted(mesh.keys())]).encode())
+    for material in bpy.data.materials:
+        digest.update(repr([material.name, sorted(material.node_tree.nodes.keys())]).encode())
+    for world in bpy.data.worlds:
+        digest.update(repr([world.name, sorted(world.keys()), sorted(world.node_tree.nodes.keys())]).encode())
+    return digest.hexdigest()
+
+
+def tell(path):
+    new = path.with_suffix(".new")
+    new.write_text(json.dumps(state()))
+    new.replace(path)  # at once: a reader sees the old or the new, never a half
+    return 0.25
+
+
+if __name__ == "__main__":
+    told = Path(sys.argv[sys.argv.index("--") + 1])
+    bpy.app.timers.register(lambda: tell(told), first_interval=1.0, persistent=True)
