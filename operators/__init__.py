@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import bpy
 
-from . import bake, check, cubemap, interchange, light, remove, shading
+from . import bake, check, cubemap, interchange, light, probe, remove, shading
 
 register, unregister = bpy.utils.register_classes_factory(
     (
@@ -16,5 +16,6 @@ register, unregister = bpy.utils.register_classes_factory(
         *remove.CLASSES,
         *interchange.CLASSES,
         *cubemap.CLASSES,
+        *probe.CLASSES,
     )
 )

@@ -4,7 +4,7 @@
 import bpy
 
 from ..prt_addon.core.errors import LightError, MeshError
-from ..prt_addon.scene import gather, interchange, shading
+from ..prt_addon.scene import freshness, gather, interchange, shading
 from ..prt_addon.scene.modes import object_mode
 from ..prt_addon.scene.prepare import check_bakeable
 from .folder import FolderBrowser
@@ -12,15 +12,21 @@ from .reporting import reports_errors
 
 
 class PRT_OT_export_games202(FolderBrowser, bpy.types.Operator):
-    """Write the active mesh's transport and the world's light, as it is turned now, as the GAMES202 course's framework reads them"""
+    """Write light.txt and transport.txt, the world's light and the active mesh's transport as they are turned now, as the GAMES202 course's framework reads them"""
 
     bl_idname = "prt.export_games202"
     bl_label = "Export GAMES202"
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
+        ob = _active_mesh(context)
         with object_mode(context):
-            interchange.export_files(_active_mesh(context), _world(context), self._folder())
+            interchange.export_files(ob, _world(context), self._folder())
+        causes = freshness.glance(context, ob).causes
+        if stale := [phrase for cause, phrase in causes.items() if cause != "SETTINGS"]:
+            self.report(
+                {"WARNING"}, f"The transport of '{ob.name}' is stale: {', '.join(stale)}. Bake and export again."
+            )
         self.report({"INFO"}, f"Wrote light.txt and transport.txt into '{self._folder()}'.")
         return {"FINISHED"}
 

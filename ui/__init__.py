@@ -5,8 +5,14 @@ from __future__ import annotations
 
 import bpy
 
-from . import bake, files, light, shading
+from ..prt_addon.scene import light_picture
+from . import bake, files, light, preview, shading
 
-register, unregister = bpy.utils.register_classes_factory(
-    (*bake.CLASSES, *light.CLASSES, *shading.CLASSES, *files.CLASSES)
+register, _unregister_classes = bpy.utils.register_classes_factory(
+    (*bake.CLASSES, *light.CLASSES, *preview.CLASSES, *shading.CLASSES, *files.CLASSES)
 )
+
+
+def unregister() -> None:
+    _unregister_classes()
+    light_picture.unregister()
