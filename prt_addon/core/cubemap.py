@@ -145,7 +145,7 @@ def to_equirect(faces: Faces, table: Table = "OPENGL", height: int | None = None
 
     def fill(rows: slice) -> int:
         samples = slice(rows.start * finer, rows.stop * finer)
-        found = _bilinear(bordered, frames, _equirect_directions(height * finer, samples))
+        found = _bilinear(bordered, frames, equirect_directions(height * finer, samples))
         picture[rows] = found.reshape(-1, finer, 2 * height, finer, 3).mean(axis=(1, 3))
         return 0
 
@@ -175,7 +175,7 @@ def with_light(picture: Picture, light: Array) -> Picture:
 
 def _corrected(picture: Picture, lacking: Array, power: int) -> Picture:
     """The picture p plus `p**power sum c_i Y_i(w)`, whose light is `lacking` (9, 3)."""
-    scale = picture.max(axis=(0, 1)) + np.float32(1e-30)  # powers of suns overflow
+    scale = np.abs(picture).max(axis=(0, 1)) + np.float32(1e-30)  # powers of suns overflow
     moments = project_equirect((picture / scale) ** power, 2 * sh.ORDER)
     systems = np.einsum("ijk,kc->cij", _triple_products(), moments)
     weights = np.stack(
@@ -184,7 +184,7 @@ def _corrected(picture: Picture, lacking: Array, power: int) -> Picture:
     corrected, height = np.empty_like(picture), len(picture)
 
     def fill(rows: slice) -> int:
-        factor = sh.basis(_equirect_directions(height, rows)) @ weights
+        factor = sh.basis(equirect_directions(height, rows)) @ weights
         corrected[rows] = picture[rows] + scale * (picture[rows] / scale) ** power * factor
         return 0
 
@@ -204,10 +204,10 @@ def _triple_products() -> Array:
     return np.einsum("z,zai,zaj,zak->ijk", weight * np.pi / 5.0, low, low, values, optimize=True)
 
 
-def _equirect_directions(height: int, rows: slice) -> Array:
-    """(rows, 2 * height, 3) unit vectors towards the texels of a picture of that height."""
+def equirect_directions(height: int, rows: slice = slice(None)) -> Array:
+    """(rows, 2 * height, 3) unit vectors towards texels of an equirectangular picture of that height, bottom row first."""
     azimuth = np.pi * (1.0 - (np.arange(2 * height) + 0.5) / height)
-    elevation = np.pi * ((np.arange(rows.start, rows.stop) + 0.5) / height - 0.5)[:, None]
+    elevation = np.pi * ((np.arange(height)[rows] + 0.5) / height - 0.5)[:, None]
     ring = np.cos(elevation)
     parts = ring * np.cos(azimuth), ring * np.sin(azimuth), np.sin(elevation)
     return np.stack(np.broadcast_arrays(*parts), axis=-1)
@@ -246,12 +246,8 @@ def _local_directions(column: npt.ArrayLike, row: npt.ArrayLike, size: int) -> A
 
 
 def _locate(directions: Array, frames: Array, size: int) -> tuple[npt.NDArray[np.intp], Array, Array]:
-    """Face, column and row that directions (n, 3) hit; whole numbers are the middles of texels."""
-    axis = np.argmax(np.abs(directions), axis=-1)
-    behind = np.take_along_axis(directions, axis[..., None], axis=-1)[..., 0] < 0.0
-    middles = frames[:, 2]
-    of_axis = np.array([[np.argmax(middles @ (sign * side)) for side in np.eye(3)] for sign in (1.0, -1.0)])
-    face = of_axis[behind.astype(np.intp), axis]
+    """Face, column and row that directions (..., 3) hit; whole numbers are the middles of texels."""
+    face = np.argmax(directions @ frames[:, 2].T, axis=-1)
     column, row = np.empty(face.shape), np.empty(face.shape)
     for index, frame in enumerate(frames):
         here = np.nonzero(face == index)
@@ -277,7 +273,7 @@ def _with_border(pictures: list[Picture], frames: Array) -> Picture:
 
 
 def _bilinear(pictures: Picture, frames: Array, directions: Array) -> Picture:
-    """Colours (n, 3) along directions (n, 3), of faces with a border."""
+    """Colours (..., 3) along directions (..., 3), of faces with a border."""
     width = pictures.shape[1]
     face, column, row = _locate(directions, frames, width - 2)
     column += 1.0

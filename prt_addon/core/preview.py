@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import sh
+from .cubemap import equirect_directions
 
 Array = npt.NDArray[np.float64]
 Picture = npt.NDArray[np.float32]
@@ -24,7 +25,7 @@ def light_picture(light: Array, height: int) -> Picture:
     Returns:
         (height, 2 * height, 3) float32; negative where a light of few bands rings.
     """
-    return (sh.basis(_directions(height, 2 * height), sh.order_of(len(light))) @ light).astype(np.float32)
+    return (sh.basis(equirect_directions(height), sh.order_of(len(light))) @ light).astype(np.float32)
 
 
 def turned_picture(picture: Picture, turn: Array, height: int) -> Picture:
@@ -40,7 +41,7 @@ def turned_picture(picture: Picture, turn: Array, height: int) -> Picture:
     """
     fine = _box_averaged(picture, 2 * height, 4 * height)
     rows, columns = fine.shape[:2]
-    x, y, z = np.moveaxis(_directions(2 * height, 4 * height) @ turn.T, -1, 0)
+    x, y, z = np.moveaxis(equirect_directions(2 * height) @ turn.T, -1, 0)
     row = (0.5 + np.arcsin(np.clip(z, -1.0, 1.0)) / np.pi) * rows
     column = (0.5 - np.arctan2(y, x) / (2.0 * np.pi)) * columns
     found = fine[row.astype(np.intp).clip(0, rows - 1), column.astype(np.intp) % columns]
@@ -69,15 +70,6 @@ def display(picture: Picture) -> Picture:
     linear = np.clip(picture / np.float32(brightest), 0.0, 1.0)
     encoded = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1.0 / 2.4) - 0.055)
     return np.concatenate([encoded, np.ones_like(encoded[..., :1])], axis=-1).astype(np.float32)
-
-
-def _directions(height: int, width: int) -> Array:
-    """(height, width, 3) unit vectors towards texels."""
-    elevation = np.pi * ((np.arange(height) + 0.5) / height - 0.5)[:, None]
-    azimuth = 2.0 * np.pi * (0.5 - (np.arange(width) + 0.5) / width)
-    ring = np.cos(elevation)
-    parts = ring * np.cos(azimuth), ring * np.sin(azimuth), np.sin(elevation)
-    return np.stack(np.broadcast_arrays(*parts), axis=-1)
 
 
 def _box_averaged(picture: Picture, rows: int, columns: int) -> Picture:
