@@ -46,7 +46,10 @@ class PRT_OT_show_light(bpy.types.Operator):
         image, beside_sky = light_picture.make_picture(context.scene)
         _show_in_editor(context, image)
         sides = "the sky on the left, its light on the right" if beside_sky else "the light"
-        self.report({"INFO"}, f"Image '{image.name}' shows {sides}.")
+        kept = light_picture.kept(context.scene.world)
+        shares = " + ".join(f"{share:.1%}" for share in kept.bands)
+        whose = "the sky's energy" if kept.of_sky else "its energy"
+        self.report({"INFO"}, f"Image '{image.name}' shows {sides}. Bands 0, 1 and 2 hold {shares} of {whose}.")
         return {"FINISHED"}
 
 

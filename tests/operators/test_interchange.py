@@ -163,6 +163,24 @@ def test_transport_of_an_object_that_may_move(blender, part, scene, stage, tmp_p
     np.testing.assert_allclose(one, two, atol=3e-6)
 
 
+def test_an_obj_file_keeps_its_axes_and_order(blender, scene, stage, tmp_path):
+    """Imported with Blender's axes and baked: row by row the functions of the file's own normals, in the file's axes."""
+    points = np.random.default_rng(8).normal(size=(6, 3))
+    points /= np.linalg.norm(points, axis=1, keepdims=True)
+    faces = [(0, 1, 2), (3, 0, 2), (5, 4, 1), (2, 4, 3)]
+    lines = [f"{kind} {x:.6f} {y:.6f} {z:.6f}" for kind in ("v", "vn") for x, y, z in points]
+    lines += ["f " + " ".join(f"{index + 1}//{index + 1}" for index in face) for face in faces]
+    (tmp_path / "some.obj").write_text("\n".join(lines) + "\n")
+    stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
+    blender.ops.wm.obj_import(filepath=str(tmp_path / "some.obj"))
+    blender.ops.prt.bake(mode="UNSHADOWED")
+    blender.ops.prt.export_games202(directory=str(tmp_path))
+    lobe = np.repeat([1, 2 / 3, 1 / 4], [1, 3, 5])
+    in_ours = points[:, [0, 2, 1]] * (1, -1, 1)
+    wanted = [lobe * y_up_condon_shortley(in_ours[index]) for face in faces for index in face]
+    np.testing.assert_allclose(np.loadtxt(tmp_path / "transport.txt", skiprows=1), wanted, atol=2e-4)
+
+
 def test_a_stale_bake_is_said(blender, scene, stage, baked, tmp_path, capfd):
     """The files are written all the same; other settings of the next bake do not matter."""
     scene.prt.samples = 7
