@@ -35,7 +35,7 @@ class PRT_OT_import_cubemap(FolderBrowser, bpy.types.Operator):
         description="Rows of the panorama made for the world; twice the width of a face if that is less. The SH light "
         "comes from the faces themselves",
         default=2048,
-        min=2,
+        min=16,
         max=16384,
     )
 

@@ -137,15 +137,16 @@ def to_equirect(faces: Faces, table: Table = "OPENGL", height: int | None = None
         PictureError: as `project_cubemap`.
     """
     pictures, frames = _checked(faces), _TABLES[table]
+    height = height or 2 * len(pictures[0])
+    pictures = [_shrunk(picture, height // 2) for picture in pictures]
     size = len(pictures[0])
-    height = height or 2 * size
     bordered = _with_border(pictures, frames)
     finer = -(-4 * size // height)
     picture = np.empty((height, 2 * height, 3), dtype=np.float32)
 
     def fill(rows: slice) -> int:
         samples = slice(rows.start * finer, rows.stop * finer)
-        found = _bilinear(bordered, frames, equirect_directions(height * finer, samples))
+        found = _bilinear(bordered, frames, equirect_directions(height * finer, samples).reshape(-1, 3))
         picture[rows] = found.reshape(-1, finer, 2 * height, finer, 3).mean(axis=(1, 3))
         return 0
 
@@ -204,6 +205,13 @@ def _triple_products() -> Array:
     return np.einsum("z,zai,zaj,zak->ijk", weight * np.pi / 5.0, low, low, values, optimize=True)
 
 
+def _shrunk(picture: Picture, size: int) -> Picture:
+    """A face, averaged over blocks as long as it stays at least as wide as `size`."""
+    block = max(step for step in range(1, max(1, len(picture) // size) + 1) if len(picture) % step == 0)
+    width = len(picture) // block
+    return picture.reshape(width, block, width, block, 3).mean(axis=(1, 3)) if block > 1 else picture
+
+
 def equirect_directions(height: int, rows: slice = slice(None)) -> Array:
     """(rows, 2 * height, 3) unit vectors towards texels of an equirectangular picture of that height, bottom row first."""
     azimuth = np.pi * (1.0 - (np.arange(2 * height) + 0.5) / height)
@@ -246,13 +254,13 @@ def _local_directions(column: npt.ArrayLike, row: npt.ArrayLike, size: int) -> A
 
 
 def _locate(directions: Array, frames: Array, size: int) -> tuple[npt.NDArray[np.intp], Array, Array]:
-    """Face, column and row that directions (..., 3) hit; whole numbers are the middles of texels."""
-    face = np.argmax(directions @ frames[:, 2].T, axis=-1)
-    column, row = np.empty(face.shape), np.empty(face.shape)
+    """Face, column and row that directions (n, 3) hit; whole numbers are the middles of texels."""
+    face = np.argmax(directions @ frames[:, 2].T, axis=1)
+    column, row = np.empty(len(face)), np.empty(len(face))
     for index, frame in enumerate(frames):
-        here = np.nonzero(face == index)
-        u, v, ahead = frame @ directions[here].T
-        column[here], row[here] = (u / ahead + 1.0) * size / 2.0 - 0.5, (v / ahead + 1.0) * size / 2.0 - 0.5
+        here = np.flatnonzero(face == index)
+        u, v, ahead = frame @ directions.take(here, axis=0).T
+        column[here], row[here] = ((w / ahead + 1.0) * (size / 2.0) - 0.5 for w in (u, v))
     return face, column, row
 
 
@@ -273,13 +281,13 @@ def _with_border(pictures: list[Picture], frames: Array) -> Picture:
 
 
 def _bilinear(pictures: Picture, frames: Array, directions: Array) -> Picture:
-    """Colours (..., 3) along directions (..., 3), of faces with a border."""
+    """Colours (n, 3) along directions (n, 3), of faces with a border."""
     width = pictures.shape[1]
     face, column, row = _locate(directions, frames, width - 2)
     column += 1.0
     row += 1.0
     x, y = column.astype(np.intp), row.astype(np.intp)  # nothing is negative
-    right, down = ((column - x)[..., None].astype(np.float32), (row - y)[..., None].astype(np.float32))
+    right, down = ((column - x)[:, None].astype(np.float32), (row - y)[:, None].astype(np.float32))
     texels, first = pictures.reshape(-1, 3), (face * width + y) * width + x
     upper, upper_right, lower, lower_right = (texels.take(first + by, axis=0) for by in (0, 1, width, width + 1))
     upper += right * (upper_right - upper)

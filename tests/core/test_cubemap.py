@@ -314,6 +314,17 @@ def test_with_light_changes_little():
     assert np.median(np.abs(right / picture - 1)) < 2e-3
 
 
+@pytest.mark.parametrize(("size", "height"), [(64, 32), (60, 50), (30, 16)])
+def test_smaller_equirect(size, height):
+    """A picture coarser than the cube map averages it; its light can be put right all the same."""
+    faces = random_cube(size)
+    light, picture = cubemap.project_cubemap(faces), cubemap.to_equirect(faces, height=height)
+    assert picture.shape == (height, 2 * height, 3)
+    assert np.abs(envmap.project_equirect(picture) - light).max() < 0.1 * light.max()
+    shown = envmap.project_equirect(cubemap.with_light(picture, light))
+    assert np.abs(shown - light).max() < 1e-5 * light.max()
+
+
 def test_with_light_of_black():
     """Nothing to change, nothing to divide by."""
     picture = np.zeros((8, 16, 3), dtype=np.float32)
