@@ -25,6 +25,7 @@ _MARK = "prt_probe"
 def ensure_probe(scene: bpy.types.Scene) -> bpy.types.Object:
     """The scene's probe, made if there is none, at the 3D cursor."""
     probe = next((ob for ob in scene.objects if is_probe(ob.data)), None) or _made(scene)
+    _write_basis(probe.data)  # a bake may have replaced it
     probe.location = scene.cursor.location
     return probe
 
@@ -52,7 +53,6 @@ def _made(scene: bpy.types.Scene) -> bpy.types.Object:
     bm.free()
     mesh.shade_smooth()
     mesh.materials.append(_white())
-    _write_basis(mesh)
     probe = bpy.data.objects.new(NAME, mesh)
     probe.hide_render = True
     scene.collection.objects.link(probe)
