@@ -7,6 +7,8 @@ import stage
 
 from tests.core.references import order2
 
+_harmonics = {}
+
 
 def render_world(path, height):
     """(height, 2 * height, 3) radiance that Cycles shows of the scene's world, row 0 at the bottom, +x in the middle.
@@ -30,12 +32,24 @@ def render_world(path, height):
     return stage.render(path, "CYCLES", samples=1)[..., :3]
 
 
-def integral(picture):
-    """(9, 3) the light of a panorama, texel by texel."""
-    height, width = picture.shape[:2]
-    elevation = np.pi * ((np.arange(height) + 0.5) / height - 0.5)[:, None]
-    azimuth = 2 * np.pi * (0.5 - (np.arange(width) + 0.5) / width)
-    parts = np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)
-    basis = order2(np.stack(np.broadcast_arrays(*parts), axis=-1))
-    solid_angles = np.diff(np.sin(np.pi * (np.arange(height + 1) / height - 0.5))) * 2 * np.pi / width
-    return np.einsum("hwi,h,hwc->ic", basis, solid_angles, picture.astype(np.float64), optimize=True)
+def light_of_world(path, height):
+    """(9, 3) the light of the scene's world, pixel by pixel; where a pixel looks, Cycles says too."""
+    if height not in _harmonics:
+        _harmonics[height] = order2(_render_directions(path, height))
+    solid_angles = np.diff(np.sin(np.pi * (np.arange(height + 1) / height - 0.5))) * np.pi / height
+    picture = render_world(path, height).astype(np.float64)
+    return np.einsum("hwi,h,hwc->ic", _harmonics[height], solid_angles, picture, optimize=True)
+
+
+def _render_directions(path, height):
+    """(height, 2 * height, 3) unit vectors: what a world shows whose colour is the direction."""
+    scene, world = bpy.context.scene, bpy.data.worlds.new("Directions")
+    world.use_nodes = True
+    tree = world.node_tree
+    background = next(node for node in tree.nodes if node.bl_idname == "ShaderNodeBackground")
+    tree.links.new(tree.nodes.new("ShaderNodeTexCoord").outputs["Generated"], background.inputs["Color"])
+    before, scene.world = scene.world, world
+    directions = render_world(path, height).astype(np.float64)
+    scene.world = before
+    bpy.data.worlds.remove(world)
+    return directions / np.linalg.norm(directions, axis=-1, keepdims=True)

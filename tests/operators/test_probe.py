@@ -107,6 +107,12 @@ def test_one_probe_at_the_cursor(blender, part, scene, stage, sky):
     before = layers.read(probe)
     blender.ops.prt.bake(mode="SHADOWED", samples=16)
     assert np.array_equal(layers.read(probe), before) and layers.is_baked(cube.data)
+    scene.objects["PRT Light Probe"].select_set(True)
+    blender.ops.prt.bake(mode="UNSHADOWED")  # of the probe itself, by mistake
+    assert not np.array_equal(layers.read(probe), before)
+    blender.ops.prt.show_light(kind="PROBE")
+    assert np.array_equal(layers.read(probe), before)
+    scene.objects["PRT Light Probe"].select_set(False)
     blender.ops.prt.remove()
     assert scene.objects[:] == [cube] and "PRT Light Probe" not in blender.data.materials
     assert not part("scene.light").has_light(scene.world)
