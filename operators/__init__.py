@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import bpy
 
-from . import bake, check, interchange, job, light, remove, shading, shards
+from . import bake, check, cubemap, interchange, job, light, probe, remove, shading, shards
 
 CLASSES = (
     *bake.CLASSES,
@@ -13,8 +13,10 @@ CLASSES = (
     *shards.CLASSES,
     *check.CLASSES,
     *light.CLASSES,
+    *probe.CLASSES,
     *shading.CLASSES,
     *remove.CLASSES,
+    *cubemap.CLASSES,
     *interchange.CLASSES,
 )
 """In the order of the menu."""

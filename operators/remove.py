@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import bpy
 
-from ..prt_addon.scene import gather, light, shading, transport_layers
+from ..prt_addon.scene import gather, light, probe, shading, transport_layers
 from ..prt_addon.scene.modes import object_mode
 from .reporting import reports_errors
 
@@ -27,7 +27,10 @@ class PRT_OT_remove(bpy.types.Operator):
             for ob in objects:
                 transport_layers.remove(ob.data)
         shading.remove_shading(objects)
-        if not any(mesh.users and transport_layers.is_baked(mesh) for mesh in bpy.data.meshes):
+        if not any(
+            mesh.users and transport_layers.is_baked(mesh) and not probe.is_probe(mesh) for mesh in bpy.data.meshes
+        ):
+            probe.remove_probes()
             light.remove_lights()
         self.report({"INFO"}, f"Removed PRT from {len(objects)} object(s).")
         return {"FINISHED"}

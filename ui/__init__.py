@@ -5,12 +5,14 @@ from __future__ import annotations
 
 import bpy
 
-from . import bake, files, light, menu, presets, shading
+from ..prt_addon.scene import light_picture
+from . import bake, files, light, menu, presets, preview, shading
 
 CLASSES = (
     *bake.CLASSES,
     *presets.CLASSES,
     *light.CLASSES,
+    *preview.CLASSES,
     *shading.CLASSES,
     *files.CLASSES,
     *menu.CLASSES,
@@ -30,3 +32,4 @@ def unregister() -> None:
     for module in reversed(_ENTRIES):
         module.unregister()
     _unregister_classes()
+    light_picture.unregister()

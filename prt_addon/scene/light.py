@@ -94,8 +94,8 @@ def read_turn(world: bpy.types.World) -> npt.NDArray[np.float64]:
     return np.array([list(world[name]) for name in TURN]).T
 
 
-def shown_light(world: bpy.types.World) -> npt.NDArray[np.float64]:
-    """(9, 3) the light as it is turned and scaled now.
+def shown_light(world: bpy.types.World, update: bool = True) -> npt.NDArray[np.float64]:
+    """(9, 3) the light as it is turned and scaled now; without an update, as Blender last evaluated it.
 
     Raises:
         LightError: if the world carries none.
@@ -104,7 +104,8 @@ def shown_light(world: bpy.types.World) -> npt.NDArray[np.float64]:
     check_version(world)
     if not has_light(world):
         raise LightError("The scene's world carries no SH light: project it first (prt.project_light).")
-    bpy.context.view_layer.update()  # the drivers' latest word
+    if update:
+        bpy.context.view_layer.update()  # the drivers' latest word
     return float(world[STRENGTH]) * (rotation_matrix(read_turn(world).T) @ read_light(world))
 
 
