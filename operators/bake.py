@@ -10,13 +10,20 @@ from bpy.props import BoolProperty
 from ..prt_addon.bake_job import BakeJob, running_job
 from ..prt_addon.core import raycast
 from ..prt_addon.core.errors import MeshError
-from ..prt_addon.scene import gather, light, prepare, shading, sky, transport_layers
+from ..prt_addon.scene import gather, light, prepare, projection, shading, sky, transport_layers
 from ..prt_addon.scene.modes import object_mode
-from ..prt_addon.scene.settings import BakeProperties, PrepareProperties, bake_settings, preparation
+from ..prt_addon.scene.settings import (
+    BakeProperties,
+    LightProperties,
+    PrepareProperties,
+    bake_settings,
+    preparation,
+    windowing,
+)
 from .reporting import reports_errors
 
 
-class PRT_OT_bake(BakeProperties, PrepareProperties, bpy.types.Operator):
+class PRT_OT_bake(BakeProperties, PrepareProperties, LightProperties, bpy.types.Operator):
     """Bake how light travels over the selected meshes (all render-visible ones if none is selected), so that any sky can relight them"""
 
     bl_idname = "prt.bake"
@@ -24,7 +31,7 @@ class PRT_OT_bake(BakeProperties, PrepareProperties, bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     update_light: BoolProperty(  # type: ignore[valid-type]
-        name="Project World", description="Also project the world's HDRI into the SH light", default=True
+        name="Project World", description="Also project the world's sky into the SH light", default=True
     )
     update_shading: BoolProperty(  # type: ignore[valid-type]
         name="Add Shading", description="Also relight the materials in EEVEE", default=True
@@ -88,7 +95,9 @@ class PRT_OT_bake(BakeProperties, PrepareProperties, bpy.types.Operator):
         objects = gather.objects_to_bake(context)
         if self.update_shading:
             shading.check_materials(objects)
-        self._light = light.picture_light(sky.read_sky(context.scene)) if self.update_light else None
+        self._light = None
+        if self.update_light:
+            self._light = projection.project(sky.read_sky(context.scene), windowing(context.scene, self))
         self._allowed = preparation(context.scene, self)
         with object_mode(context):
             plan = gather.gather(context, objects, settings.mode == "INTERREFLECTED", self._allowed)
@@ -122,6 +131,8 @@ class PRT_OT_bake(BakeProperties, PrepareProperties, bpy.types.Operator):
                 )
         if environment and self._light is not None:
             light.write_light(environment, self._light)
+            for sentence in self._light.sentences:
+                self.report({"INFO"}, sentence)
         if self.update_shading:
             for warning in shading.add_shading(objects):
                 self.report({"WARNING"}, warning)

@@ -12,6 +12,7 @@ from .errors import PictureError
 Array = npt.NDArray[np.float64]
 
 _ROWS_AT_A_TIME = 64  # float64 copies stay small whatever the picture's size
+_BALL_SAMPLES = 512  # across a mirror ball at least: texels are cut for the share of the rim's that lies on the ball
 
 
 def _azimuths(width: int) -> Array:
@@ -45,11 +46,7 @@ def project_equirect(pixels: npt.NDArray[np.float32] | Array, order: int = sh.OR
     light = np.zeros((sh.coefficient_count(order), 3))
     for first in range(0, height, _ROWS_AT_A_TIME):
         rows = slice(first, first + _ROWS_AT_A_TIME)
-        texels = pixels[rows].astype(np.float64)
-        if not np.isfinite(texels).all():
-            raise PictureError(
-                "The sky picture holds NaN or infinite texels: repair it in the compositor and load it again."
-            )
+        texels = _finite(pixels[rows])
         moments = np.einsum("mw,hwc->mhc", azimuthal, texels, optimize=True)
         for (band, m), weight in polar.items():
             centre = band * (band + 1)
@@ -57,6 +54,57 @@ def project_equirect(pixels: npt.NDArray[np.float32] | Array, order: int = sh.OR
             if m:
                 light[centre - m] += weight[rows] @ moments[order + m]
     return light
+
+
+def project_mirror_ball(pixels: npt.NDArray[np.float32] | Array, order: int = sh.ORDER) -> Array:
+    """Project a photograph of a mirror ball, every texel that shows the ball, onto spherical harmonics.
+
+    The ball fills the picture and is seen along +y from afar, as Blender's Environment Texture has it: the normal at
+    (x, z) of the unit disc is n = (x, -sqrt(1 - x^2 - z^2), z), and the direction seen there the view mirrored in it. As
+    its solid angle is `|4 n.y| dn` and `dn = dx dz / |n.y|`, all texels weigh the same: 4 dx dz, 4 pi in all.
+
+    Args:
+        pixels: (height, width, 3) linear radiance, row 0 at the bottom.
+        order: highest band.
+
+    Returns:
+        ((order + 1)**2, 3) float64. A constant ball is right to 3e-4 at any size.
+
+    Raises:
+        PictureError: if the picture is empty or holds NaN or infinite texels on the ball.
+    """
+    height, width = pixels.shape[:2]
+    if not height or not width:
+        raise PictureError("The sky picture is empty: load one that has pixels.")
+    light, weight = np.zeros((sh.coefficient_count(order), 3)), 0.0
+    for row in range(height):
+        harmonics, share = _ball_row(row, height, width, order)
+        shown = share > 0.0
+        light += harmonics[shown].T @ _finite(pixels[row, shown])
+        weight += share.sum()
+    return light * (4.0 * np.pi / weight)  # the sampled disc's area, made exact
+
+
+def _ball_row(row: int, height: int, width: int, order: int) -> tuple[Array, Array]:
+    """Of each texel of a row: harmonics, averaged over its part of the ball and scaled by that; and this share."""
+    cuts = -(-_BALL_SAMPLES // min(height, width))
+    inside = (np.arange(cuts) + 0.5) / cuts
+    x = 2.0 * (np.arange(width)[:, None] + inside) / width - 1.0
+    z = 2.0 * (row + inside) / height - 1.0
+    x, z = np.broadcast_arrays(x[:, None, :], z[None, :, None])
+    depth2 = 1.0 - x**2 - z**2
+    on_ball = depth2 > 0.0
+    forward = 2.0 * np.sqrt(np.maximum(depth2, 0.0))
+    seen = np.stack([x * forward, 1.0 - 2.0 * depth2, z * forward], axis=-1)
+    harmonics = np.where(on_ball[..., None], sh.basis(np.where(on_ball[..., None], seen, (0.0, 1.0, 0.0)), order), 0.0)
+    return harmonics.mean(axis=(1, 2)), on_ball.mean(axis=(1, 2))
+
+
+def _finite(texels: npt.NDArray[np.float32] | Array) -> Array:
+    """Texels as float64."""
+    if not np.isfinite(texels).all():
+        raise PictureError("The sky holds NaN or infinite texels: repair the picture, or the nodes that make them.")
+    return texels.astype(np.float64)
 
 
 def _azimuthal_integrals(width: int, order: int) -> Array:

@@ -5,6 +5,8 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
 
 from ..core.bake import BakeSettings
+from ..core.sh import ORDER
+from .light import Windowing
 from .prepare import Preparation
 
 MODES = [
@@ -72,8 +74,38 @@ class PrepareProperties:
     )
 
 
-class PRT_PG_settings(BakeProperties, PrepareProperties, bpy.types.PropertyGroup):
+WINDOWS = [
+    ("NONE", "None", "The nine coefficients as they are: closest to the sky, but bright suns leave negative light opposite"),
+    ("HANN", "Hann", "Soften band 1 a little and band 2 more, in a cosine's shape"),
+    ("LANCZOS", "Lanczos", "Soften, in the shape of sin(x) / x: milder than Hann"),
+    ("AUTO", "Automatic", "The mildest Hann window that leaves no negative light, whatever the cutoff"),
+]
+
+
+class LightProperties:
+    """Mixin of how the world is projected."""
+
+    window: EnumProperty(  # type: ignore[valid-type]
+        name="Window", description="What is done against ringing, when the world is projected", items=WINDOWS
+    )
+    cutoff: FloatProperty(  # type: ignore[valid-type]
+        name="Cutoff",
+        description="The band at which the window reaches zero; less is softer",
+        default=ORDER + 1.0,
+        min=1.0,
+        soft_max=10.0,
+    )
+
+
+class PRT_PG_settings(BakeProperties, PrepareProperties, LightProperties, bpy.types.PropertyGroup):
     """Settings of the extension, stored with the scene."""
+
+    auto_light: BoolProperty(  # type: ignore[valid-type]
+        name="Auto",
+        description="Project the world again when its pictures or nodes change. Its rotation and strength are followed live "
+        "anyway, without a new projection",
+        default=True,
+    )
 
 
 class PRT_PG_object(bpy.types.PropertyGroup):
@@ -95,6 +127,11 @@ def bake_settings(scene: bpy.types.Scene, operator: bpy.types.Operator) -> BakeS
 def preparation(scene: bpy.types.Scene, operator: bpy.types.Operator) -> Preparation:
     """What may be done to meshes: the operator's own properties where they were given, the scene's where not."""
     return Preparation(**_values(PrepareProperties, scene, operator))  # type: ignore[arg-type]
+
+
+def windowing(scene: bpy.types.Scene, operator: bpy.types.Operator) -> Windowing:
+    """What to do against ringing: the operator's own properties where they were given, the scene's where not."""
+    return Windowing(**_values(LightProperties, scene, operator))  # type: ignore[arg-type]
 
 
 def _values(mixin: type, scene: bpy.types.Scene, operator: bpy.types.Operator) -> dict[str, object]:
