@@ -83,7 +83,8 @@ def _seen(sky: Sky) -> tuple[Array, str]:
             pass  # by Blender alone
         else:
             ball = sky.texture.projection == "MIRROR_BALL"
-            light = project_mirror_ball(pixels) if ball else project_equirect(pixels)
+            smooth = sky.texture.interpolation != "Closest"
+            light = project_mirror_ball(pixels) if ball else project_equirect(pixels, interpolated=smooth)
             return light, f"Projected '{sky.texture.image.name}' into the light of world '{sky.world.name}'"
     return project_equirect(panorama(sky)), f"Rendered world '{sky.world.name}' to a panorama and projected it"
 

@@ -17,7 +17,7 @@ def test_light_is_the_pictures(blender, part, scene, stage):
     mapping.inputs["Rotation"].default_value = (1, 2, 3)
     blender.ops.prt.project_light()
     light = part("scene.light")
-    wanted = part("core.envmap").project_equirect(pixels)
+    wanted = part("core.envmap").project_equirect(pixels, interpolated=True)
     np.testing.assert_allclose(light.read_light(world), wanted, rtol=1e-5, atol=1e-5)
     blender.context.view_layer.update()
     assert world["prt_strength"] == 3.0
