@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Pictures of a function on the sphere, each texel the mean over it: looked at closely where the function is rough.
 
-A sun covers five millionths of the sphere. Texels that differ from their neighbours are cut into sixteen, of these those
-that still differ again, until what may be missed is small against the whole (adaptive cubature with one point per cell).
+A sun covers five millionths of the sphere. Texels that differ from their neighbours are cut into 64, of these those that
+still differ again, until what may be missed is small against the whole (adaptive cubature with one point per cell).
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ Index = npt.NDArray[np.intp]
 Radiance = Callable[[Float32], Float32]
 """(N, 3) unit directions to (N, 3) linear radiance."""
 
-_CUTS = 4  # a texel is cut into so many rows and columns
-_DEPTH = 4  # so many times over: of texels of a third of a degree, that leaves a thousandth of one
-_AT_ONCE = 1 << 15  # texels that are cut per level at most
+_CUTS = 8  # a texel is cut into so many rows and columns
+_DEPTH = 3  # so many times over: of texels of a third of a degree, that leaves a thousandth of one
+_AT_ONCE = 1 << 14  # texels that are cut per level at most
 _MISSED = 0.3  # of the step between two neighbours: the error of one point, on average over where the step lies
 _PLASTIC = 1.324717957244746  # of the R2 sequence (Roberts 2018), which spreads points within cells
 

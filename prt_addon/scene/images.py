@@ -39,7 +39,9 @@ def linear_pixels(image: bpy.types.Image, opaque: bool = False) -> npt.NDArray[n
         raise missing(image)
     encoding = image.colorspace_settings.name
     linear = image.is_float or encoding in LINEAR_COLOURSPACES
-    if not linear and encoding != "sRGB" or not (image.is_float or encoding == "Non-Color" or _works_in_rec709()):
+    known = linear or encoding == "sRGB"
+    in_rec709 = not image.is_float and encoding != "Non-Color"
+    if not known or (in_rec709 and not _works_in_rec709()):
         raise Undecodable(
             f"Image '{image.name}' has colour space '{encoding}': use a float image (.exr, .hdr), or set it to sRGB or "
             "Non-Color."

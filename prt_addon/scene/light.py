@@ -9,6 +9,7 @@ Blender that has never heard of this extension. Shaders read all of it with Attr
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
+from typing import Any
 
 import bpy
 import numpy as np
@@ -56,7 +57,7 @@ def write_light(sky: Sky, projection: Projection) -> None:
     """
     world = sky.world
     remove_light(world)
-    mapping = sky.mapping or (insert_mapping(sky) if sky.entry else None)
+    mapping = sky.mapping or (insert_mapping(sky.entry) if sky.entry else None)
     store_light(world, projection.light)
     world[RECORD] = {
         "version": LIGHT_VERSION,
@@ -166,9 +167,9 @@ def unmark_keyframed(world: bpy.types.World) -> None:
     del world[RECORD][FRAMES]
 
 
-def insert_mapping(sky: Sky) -> bpy.types.Node:
-    """Add Texture Coordinate > Mapping before the sky's one entry; the picture stays where it was."""
-    tree, entry = sky.world.node_tree, sky.entry
+def insert_mapping(entry: bpy.types.NodeSocket) -> bpy.types.Node:
+    """Add Texture Coordinate > Mapping before an input that looks along the view; what is seen stays where it was."""
+    tree = entry.id_data
     mapping = tree.nodes.new("ShaderNodeMapping")
     mapping.location = (entry.node.location.x - 200.0, entry.node.location.y)
     if entry.is_linked:
@@ -219,8 +220,9 @@ def _remove_drivers(world: bpy.types.World) -> None:
 
 
 def _remove_keyframes(world: bpy.types.World) -> None:
+    channels = _channels(world)
     for curve in _light_curves(world):
-        _channels(world).remove(curve)
+        channels.remove(curve)
 
 
 def _light_curves(world: bpy.types.World) -> list[bpy.types.FCurve]:
@@ -228,8 +230,8 @@ def _light_curves(world: bpy.types.World) -> list[bpy.types.FCurve]:
     return [curve for curve in _channels(world) or () if curve.data_path in paths]
 
 
-def _channels(world: bpy.types.World) -> bpy.types.bpy_prop_collection | None:
-    """The animation curves of a world."""
+def _channels(world: bpy.types.World) -> Any:
+    """The animation curves of a world; None if it has none."""
     data = world.animation_data
     if not data or not data.action or not data.action.layers:
         return None

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import bpy
 
@@ -21,11 +22,11 @@ class LightState:
     text: str
 
 
-def light_state(world: bpy.types.World | None) -> LightState:
+def light_state(world: Any) -> LightState:
     """Whether the light is still that of the world's nodes and pictures; fast enough to ask while they are edited.
 
     Args:
-        world: may be an evaluated one, where a depsgraph and not the file says what it is now.
+        world: a World or None; may be an evaluated one, where a depsgraph and not the file says what it is now.
     """
     if not has_light(world):
         return LightState(False, "No SH light on the world yet")

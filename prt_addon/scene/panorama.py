@@ -47,7 +47,9 @@ def _alone(sky: Sky) -> Iterator[Radiance]:
     """The radiance of a sky along directions (N, 3); what it takes is gone afterwards."""
     here, groups = bpy.context.scene, list[bpy.types.NodeTree]()
     if not hasattr(here, "cycles"):
-        raise LightError(f"World '{sky.world.name}' is evaluated by Cycles, which is disabled: enable it in Preferences.")
+        raise LightError(
+            f"World '{sky.world.name}' is evaluated by Cycles, which is disabled: enable it in Preferences."
+        )
     scene = bpy.data.scenes.new(_NAME)
     world = _copy(sky, groups)
     try:
@@ -122,8 +124,9 @@ def _copy(sky: Sky, groups: list[bpy.types.NodeTree]) -> bpy.types.World:
         tree.links.remove(link)
     if sky.mapping:
         _bypass(tree, tree.nodes[sky.mapping.name])
-    if sky.strength:
-        strength = tree.nodes[feeding_socket(output.inputs["Surface"]).node.name].inputs["Strength"]
+    surface = feeding_socket(output.inputs["Surface"])
+    if sky.strength and surface:
+        strength = surface.node.inputs["Strength"]
         for link in list(strength.links):
             tree.links.remove(link)
         strength.default_value = 1.0

@@ -71,7 +71,7 @@ def project(sky: Sky, windowing: Windowing) -> Projection:
         factors = window.band_factors(windowing.window, windowing.cutoff)  # type: ignore[arg-type]
         kept = window.windowed(light, factors)
         negative = (window.negative_share(light), window.negative_share(kept))
-    return Projection(kept, windowing, factors, negative, identity(sky), f"{by}{_following(sky)}.")
+    return Projection(kept, windowing, factors, negative, identity(sky), f"{by}; {sky.following}.")
 
 
 def _seen(sky: Sky) -> tuple[Array, str]:
@@ -87,15 +87,3 @@ def _seen(sky: Sky) -> tuple[Array, str]:
             light = project_mirror_ball(pixels) if ball else project_equirect(pixels, interpolated=smooth)
             return light, f"Projected '{sky.texture.image.name}' into the light of world '{sky.world.name}'"
     return project_equirect(panorama(sky)), f"Rendered world '{sky.world.name}' to a panorama and projected it"
-
-
-def _following(sky: Sky) -> str:
-    """What of it is followed, to end the sentence."""
-    told = sky.still
-    if sky.mapping:
-        told = f"its rotation is followed through '{sky.mapping.name}'"
-    elif sky.entry:
-        told = "its rotation is followed through the Mapping node that was inserted"
-    if sky.strength:
-        return f"; {told}"
-    return f"; {told}; its strength cannot be followed: it takes one Background node, with a number or a Value node for it"

@@ -6,8 +6,8 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, Po
 
 from ..core.bake import BakeSettings
 from ..core.sh import ORDER
-from .light import Windowing
 from .prepare import Preparation
+from .projection import Windowing
 
 MODES = [
     ("UNSHADOWED", "Unshadowed", "Light by direction only, in closed form: no rays, no shadows"),
@@ -75,7 +75,11 @@ class PrepareProperties:
 
 
 WINDOWS = [
-    ("NONE", "None", "The nine coefficients as they are: closest to the sky, but bright suns leave negative light opposite"),
+    (
+        "NONE",
+        "None",
+        "The nine coefficients as they are: closest to the sky, but bright suns leave negative light opposite",
+    ),
     ("HANN", "Hann", "Soften band 1 a little and band 2 more, in a cosine's shape"),
     ("LANCZOS", "Lanczos", "Soften, in the shape of sin(x) / x: milder than Hann"),
     ("AUTO", "Automatic", "The mildest Hann window that leaves no negative light, whatever the cutoff"),

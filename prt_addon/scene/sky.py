@@ -72,6 +72,18 @@ class Sky:
         """All pictures among them."""
         return list(dict.fromkeys(node.image for node in self.nodes if getattr(node, "image", None)))
 
+    @property
+    def following(self) -> str:
+        """What is followed and what is not, for the person; part of a sentence."""
+        told = self.still
+        if self.mapping:
+            told = f"its rotation is followed through '{self.mapping.name}'"
+        elif self.entry:
+            told = "its rotation is followed through the Mapping node that was inserted"
+        if self.strength:
+            return told
+        return f"{told}; its strength cannot be followed: that takes one Background node, with a number or a Value node"
+
 
 def read_sky(scene: bpy.types.Scene) -> Sky:
     """Read the sky of the scene's world.
@@ -231,9 +243,7 @@ def _why_still(lookups: list[bpy.types.NodeSocket]) -> str:
     )
 
 
-def _is_picture(
-    node: bpy.types.Node, mapping: bpy.types.Node | None, entry: bpy.types.NodeSocket | None
-) -> bool:
+def _is_picture(node: bpy.types.Node, mapping: bpy.types.Node | None, entry: bpy.types.NodeSocket | None) -> bool:
     """Whether a node is an Environment Texture looked up along the view, at most turned, whose texels we can read."""
     if node.bl_idname != "ShaderNodeTexEnvironment" or node.mute:
         return False

@@ -66,7 +66,9 @@ def _graph(sky: Sky) -> Iterator[str]:
 
 
 def _only_view(node: bpy.types.Node) -> bool:
-    return all(is_view(output) for output in node.outputs if output.is_linked) and is_view(node.outputs.get("Generated"))
+    return all(is_view(output) for output in node.outputs if output.is_linked) and is_view(
+        node.outputs.get("Generated")
+    )
 
 
 def _values(sky: Sky, node: bpy.types.Node, numbers: dict[tuple[str, str], int]) -> Iterator[Any]:
@@ -83,7 +85,7 @@ def _values(sky: Sky, node: bpy.types.Node, numbers: dict[tuple[str, str], int])
         yield _plain(node.outputs[0].default_value)
 
 
-def _settings(struct: Any, base: type | None = bpy.types.Node) -> Iterator[tuple[str, Any]]:
+def _settings(struct: Any, base: Any = bpy.types.Node) -> Iterator[tuple[str, Any]]:
     """The settings of a node that its base class does not have, and those of the structures within."""
     known = base.bl_rna.properties if base else {}
     for prop in struct.bl_rna.properties:

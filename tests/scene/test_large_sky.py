@@ -23,8 +23,8 @@ WRITE = (
 for path in sys.argv[2:]:
     height = int(path.rsplit("-", 1)[1].removesuffix(".exr"))
     image = bpy.data.images.new("Sky", 2 * height, height, float_buffer=True)
-    pixels = np.empty((height, 2 * height, 4), dtype=np.float32)
-    pixels[:] = np.linspace(0.0, 2.0, height, dtype=np.float32)[:, None, None]
+    pixels = np.ones((height, 2 * height, 4), dtype=np.float32)
+    pixels[..., :3] = np.linspace(0.0, 2.0, height, dtype=np.float32)[:, None, None]
     image.pixels.foreach_set(pixels.reshape(-1))
     image.filepath_raw, image.file_format = path, "OPEN_EXR"
     image.save()

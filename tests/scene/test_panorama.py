@@ -100,7 +100,9 @@ def test_light_is_what_blender_renders(blender, part, scene, stage, brute_force,
         image = stage.picture("Lamps", lamps(1 if sky == "+" else -1))
     else:
         pixels = part("scene.images").linear_pixels(blender.data.images.load(str(headless.studio_hdri(sky))))
-        image = stage.picture("Forest", pixels.reshape(64, 8, 128, 8, 3).mean(axis=(1, 3)))  # no finer than the integrals
+        image = stage.picture(
+            "Forest", pixels.reshape(64, 8, 128, 8, 3).mean(axis=(1, 3))
+        )  # no finer than the integrals
     world, mapping = stage.environment(image)
     truths = []
     for rotation in ROTATIONS:
@@ -172,7 +174,11 @@ def test_small_sun_is_found(part, scene):
     tree.links.new(tree.nodes.new("ShaderNodeTexCoord").outputs["Generated"], across.inputs[0])
     across.inputs[1].default_value = towards
     value = across.outputs["Vector"]
-    for kind, operation, number in (("Vector", "LENGTH", None), ("", "LESS_THAN", np.sin(radius)), ("", "MULTIPLY", 1e5)):
+    for kind, operation, number in (
+        ("Vector", "LENGTH", None),
+        ("", "LESS_THAN", np.sin(radius)),
+        ("", "MULTIPLY", 1e5),
+    ):
         node = tree.nodes.new(f"ShaderNode{kind}Math")
         node.operation = operation
         tree.links.new(value, node.inputs[0])
