@@ -199,27 +199,25 @@ def test_saved_file_turns_without_the_extension(blender, part, scene, stage, tmp
 def test_keyframed_sky_without_the_extension(blender, part, scene, stage, tmp_path):
     """A Sky Texture whose sun goes round while its strength grows: once keyframed, the frames are those of its own skies."""
     stage.object_of("Ball", stage.icosphere(3), stage.diffuse())
-    stage.top_camera(resolution=32)
+    stage.top_camera(resolution=16)
     world, _ = stage.environment(None)
     tree = world.node_tree
     sky = tree.nodes.new("ShaderNodeTexSky")
     background = next(node for node in tree.nodes if node.bl_idname == "ShaderNodeBackground")
     tree.links.new(sky.outputs["Color"], background.inputs["Color"])
-    for frame, turn, strength in ((1, 0.3, 0.1), (3, 2.5, 0.4)):
+    for frame, turn, strength in ((1, 0.3, 0.1), (2, 2.5, 0.4)):
         sky.sun_rotation, background.inputs["Strength"].default_value = turn, strength
         sky.keyframe_insert("sun_rotation", frame=frame)
         background.inputs["Strength"].keyframe_insert("default_value", frame=frame)
     blender.ops.prt.bake(mode="UNSHADOWED")
     ours = []
-    for frame in (1, 2, 3):
+    for frame in (1, 2):
         scene.frame_set(frame)  # and thereby projected
         assert not part("scene.light_state").light_state(world).stale
         ours.append(stage.render(tmp_path / "ours.exr"))
-    assert blender.ops.prt.keyframe_light(frame_start=1, frame_end=3) == {"FINISHED"}
-    for theirs, wanted in zip(render_elsewhere(blender, stage, tmp_path, 3), ours, strict=True):
+    assert blender.ops.prt.keyframe_light(frame_start=1, frame_end=2) == {"FINISHED"}
+    for theirs, wanted in zip(render_elsewhere(blender, stage, tmp_path, 2), ours, strict=True):
         np.testing.assert_allclose(theirs, wanted, rtol=5e-3, atol=5e-4 * wanted.max())
     brightness = [frame[..., :3].mean() for frame in ours]
-    assert brightness[2] > 3 * brightness[0]
-    assert not np.allclose(ours[0] / brightness[0], ours[2] / brightness[2], rtol=0.1)  # the sun has moved
-    blender.ops.prt.project_light()
-    assert not [curve for curve in part("scene.light")._channels(world) or () if "prt_light" in curve.data_path]
+    assert brightness[1] > 3 * brightness[0]
+    assert not np.allclose(ours[0] / brightness[0], ours[1] / brightness[1], rtol=0.1)  # the sun has moved

@@ -74,7 +74,7 @@ def project_mirror_ball(pixels: npt.NDArray[np.float32] | Array, order: int = sh
         order: highest band.
 
     Returns:
-        ((order + 1)**2, 3) float64. A constant ball is right to 3e-4 at any size.
+        ((order + 1)**2, 3) float64. A constant ball is right to 5e-4 at any size.
 
     Raises:
         PictureError: if the picture is empty or holds NaN or infinite texels on the ball.

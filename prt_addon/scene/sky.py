@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
 import bpy
 import numpy as np
@@ -132,7 +133,11 @@ def _check_pictures(world: bpy.types.World, output: bpy.types.Node) -> None:
             raise LightError(f"'{node.name}' of world '{world.name}' has no image: open an HDRI in it.")
         if image.source == "TILED":
             raise PictureError(f"Image '{image.name}' consists of UDIM tiles: use a single picture.")
-        if not image.size[0] or not image.size[1]:  # reading the size loads the file
+        if image.source in {"MOVIE", "SEQUENCE"}:  # whose pixels are those of some frame
+            there = Path(bpy.path.abspath(image.filepath, library=image.library)).is_file()
+        else:
+            there = all(image.size)  # reading the size loads the file
+        if not there:
             raise missing(image)
 
 
