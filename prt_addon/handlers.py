@@ -91,7 +91,8 @@ def _project(world: bpy.types.World, now: bpy.types.World) -> None:
         return
     _busy = True
     try:
-        write_light(read_world(world), project(read_world(now), windowing_of(world)))
+        projection = project(read_world(now), windowing_of(world))
+        write_light(read_world(world), projection, insert=False)  # no nodes turn up under the hands of who edits them
     except PRTError:
         pass  # the panel shows why the light is stale
     finally:

@@ -50,14 +50,16 @@ class Followed:
     strength: bpy.types.NodeSocket | None
 
 
-def write_light(sky: Sky, projection: Projection) -> None:
+def write_light(sky: Sky, projection: Projection, insert: bool = True) -> None:
     """Store a light on the sky's world and let it follow the world's nodes.
 
-    Inserts a Mapping node if the world has none and there is one place for it, so that there is something to turn.
+    Args:
+        insert: whether to insert a Mapping node if the world has none and there is one place for it, so that there is
+            something to turn.
     """
     world = sky.world
     remove_light(world)
-    mapping = sky.mapping or (insert_mapping(sky.entry) if sky.entry else None)
+    mapping = sky.mapping or (insert_mapping(sky.entry) if insert and sky.entry else None)
     store_light(world, projection.light)
     world[RECORD] = {
         "version": LIGHT_VERSION,

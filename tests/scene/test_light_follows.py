@@ -5,6 +5,13 @@ import numpy as np
 import pytest
 
 
+@pytest.fixture(autouse=True)
+def coarse(part, monkeypatch):
+    """Panoramas of 64 rows: what is tested here is when they are made, not how good they are."""
+    full = part("scene.panorama").panorama
+    monkeypatch.setattr(part("scene.projection"), "panorama", lambda sky: full(sky, 64))
+
+
 @pytest.fixture
 def light(part):
     return part("scene.light")
@@ -249,6 +256,7 @@ def test_sun_of_a_sky_is_followed_frame_by_frame(blender, scene, stage, light, s
     """Its rotation is no turn that a driver can read: with Auto, the frame's own sky is projected."""
     world = graph(stage, "sun disc")
     sky = node_of(world, "ShaderNodeTexSky")
+    sky.sun_size = np.radians(20)
     blender.ops.prt.project_light()
     for frame, turn in ((1, 0.0), (11, np.pi / 2)):
         sky.sun_rotation = turn
@@ -263,3 +271,38 @@ def test_sun_of_a_sky_is_followed_frame_by_frame(blender, scene, stage, light, s
     scene.prt.auto_light = False
     scene.frame_set(6)
     assert "the nodes have changed" in state().text
+
+
+def test_animated_render_shows_each_frames_sky(blender, scene, stage, tmp_path):
+    """A background render with the extension and Auto: the sky of each frame is projected before it is drawn."""
+    import headless
+
+    stage.object_of("Ball", stage.icosphere(2), stage.diffuse())
+    stage.top_camera(resolution=8)
+    world = graph(stage, "flat")
+    colour = node_of(world, "ShaderNodeBackground").inputs["Color"]
+    for frame, value in ((1, 0.25), (2, 1.0)):
+        colour.default_value = (value, value, value, 1.0)
+        colour.keyframe_insert("default_value", frame=frame)
+    blender.ops.prt.bake(mode="UNSHADOWED")
+    scene.render.engine = headless.eevee_engine()
+    scene.render.image_settings.file_format, scene.render.image_settings.color_depth = "OPEN_EXR", "32"
+    scene.frame_start, scene.frame_end, scene.render.filepath = 1, 2, str(tmp_path / "frame")
+    blender.ops.render.render(animation=True)
+    first, second = (stage.read_exr(tmp_path / f"frame000{frame}.exr")[4, 4, :3] for frame in (1, 2))
+    np.testing.assert_allclose(first, 0.25 * np.array([0.8, 0.5, 0.2]), rtol=2e-3)
+    np.testing.assert_allclose(second, 4 * first, rtol=2e-3)
+
+
+def test_auto_inserts_no_nodes(blender, scene, stage, state):
+    """Who links a new texture finds the graph as they left it; the button inserts what is needed to turn the sky."""
+    world = graph(stage, "flat")
+    blender.ops.prt.project_light()
+    tree = world.node_tree
+    texture = tree.nodes.new("ShaderNodeTexGradient")
+    tree.links.new(texture.outputs["Color"], node_of(world, "ShaderNodeBackground").inputs["Color"])
+    count = len(tree.nodes)
+    blender.context.view_layer.update()
+    assert len(tree.nodes) == count and not state().stale
+    blender.ops.prt.project_light()
+    assert len(tree.nodes) == count + 2 and not state().stale
