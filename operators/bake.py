@@ -11,22 +11,24 @@ from ..prt_addon.bake_job import BakeJob, whole_bake
 from ..prt_addon.core.pieces import PieceFolder, Question
 from ..prt_addon.scene.settings import (
     BakeProperties,
+    LightProperties,
     PrepareProperties,
     RunProperties,
     bake_settings,
     checkpoints,
     preparation,
     run_settings,
+    windowing,
 )
 from ..prt_addon.scene.whole_bake import WholeBake
 from .job import JobOperator
 
 
-class WholeBakeOperator(JobOperator, BakeProperties, PrepareProperties):
+class WholeBakeOperator(JobOperator, BakeProperties, PrepareProperties, LightProperties):
     """Mixin of operators that bake and write the result."""
 
     update_light: BoolProperty(  # type: ignore[valid-type]
-        name="Project World", description="Also project the world's HDRI into the SH light", default=True
+        name="Project World", description="Also project the world's sky into the SH light", default=True
     )
     update_shading: BoolProperty(  # type: ignore[valid-type]
         name="Add Shading", description="Also relight the materials in EEVEE", default=True
@@ -40,7 +42,11 @@ class WholeBakeOperator(JobOperator, BakeProperties, PrepareProperties):
         scene = context.scene
         settings = bake_settings(scene, self)
         self._bake = whole = WholeBake(
-            context, settings, preparation(scene, self), self.update_light, self.update_shading
+            context,
+            settings,
+            preparation(scene, self),
+            windowing(scene, self) if self.update_light else None,
+            self.update_shading,
         )
         for warning in whole.plan.warnings:
             self.report({"WARNING"}, warning)

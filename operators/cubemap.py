@@ -5,7 +5,8 @@ import bpy
 from bpy.props import EnumProperty, IntProperty
 
 from ..prt_addon.core.cubemap import FACES, project_cubemap, to_equirect, with_light
-from ..prt_addon.scene import cubemap, light, sky
+from ..prt_addon.scene import cubemap, light, projection, sky
+from ..prt_addon.scene.settings import LightProperties, windowing
 from .folder import FolderBrowser
 from .reporting import reports_errors
 
@@ -20,7 +21,7 @@ TABLES = [
 ]
 
 
-class PRT_OT_import_cubemap(FolderBrowser, bpy.types.Operator):
+class PRT_OT_import_cubemap(FolderBrowser, LightProperties, bpy.types.Operator):
     """Light the scene by a cube map: a folder with posx, negx, posy, negy, posz and negz (.exr and .hdr, which are linear, .png or .jpg). The world before is kept"""
 
     bl_idname = "prt.import_cubemap"
@@ -43,12 +44,16 @@ class PRT_OT_import_cubemap(FolderBrowser, bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         folder = self._folder()
         faces = cubemap.read_faces(folder, self.table)
-        projected = project_cubemap(faces, self.table)
+        whole = project_cubemap(faces, self.table)
         size = len(faces[FACES[0]])
         picture = to_equirect(faces, self.table, min(2 * size, self.max_height))
-        world = cubemap.set_up_world(context.scene, folder.name or "Cube Map", with_light(picture, projected))
-        light.write_light(sky.read_sky(context.scene), projected)
-        self.report({"INFO"}, f"Six faces of {size} x {size} texels light the scene as world '{world.name}'.")
+        world = cubemap.set_up_world(context.scene, folder.name or "Cube Map", with_light(picture, whole))
+        here = sky.read_sky(context.scene)
+        by = f"Six faces of {size} x {size} texels light the scene as world '{world.name}'"
+        projected = projection.projected(here, whole, by, windowing(context.scene, self))
+        light.write_light(here, projected)
+        for sentence in projected.sentences:
+            self.report({"INFO"}, sentence)
         return {"FINISHED"}
 
 

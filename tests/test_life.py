@@ -112,7 +112,7 @@ def test_renaming(blender, part, scene, ball, states):
     ball.name, ball.data.name, ball.data.materials[0].name = "One", "Two", "Three"
     scene.world.name, blender.data.images[0].name, blender.data.node_groups[0].name = "Four", "Five", "Six"
     assert states() == {"One": "FRESH"}
-    assert part("scene.light").followed_nodes(scene.world)
+    assert part("scene.light").followed(scene.world).rotation
     assert blender.ops.prt.bake() == {"FINISHED"}
     assert states() == {"One": "FRESH"} and len(blender.data.node_groups) == 1
     blender.ops.prt.remove()
@@ -178,7 +178,7 @@ def test_swapping_and_copying_worlds(blender, part, scene, stage, ball):
     blender.ops.prt.project_light()
     np.testing.assert_allclose(light.read_light(second), 2.0 * light.read_light(first), rtol=1e-4, atol=1e-4)
     copy = scene.world = second.copy()
-    followed, _ = light.followed_nodes(copy)
+    followed = light.followed(copy).rotation.node
     followed.inputs["Rotation"].default_value[2] = 1.0
     blender.context.view_layer.update()
     assert not np.allclose(light.read_turn(copy), np.eye(3))
@@ -197,7 +197,7 @@ def test_two_scenes_with_worlds_of_their_own(blender, part, scene, stage, ball, 
         if name == "second":
             blender.ops.scene.new(type="LINK_COPY")
             blender.context.scene.world = scene.world.copy()
-            _, background = light.followed_nodes(blender.context.scene.world)
+            background = light.followed(blender.context.scene.world).strength.node
             background.inputs["Strength"].default_value = strength
         frames[name] = stage.render(tmp_path / f"{name}.exr")[..., :3]
     assert blender.context.scene != scene and ball.name in blender.context.scene.objects

@@ -17,7 +17,7 @@ import numpy.typing as npt
 from . import sh
 from .envmap import project_equirect, srgb_to_linear
 from .errors import PictureError
-from .parallel import run_chunks
+from .parallel import ALL_CORES
 from .rotation import rotation_matrix
 
 Array = npt.NDArray[np.float64]
@@ -150,12 +150,12 @@ def to_equirect(faces: Faces, table: Table = "OPENGL", height: int | None = None
         picture[rows] = found.reshape(-1, finer, 2 * height, finer, 3).mean(axis=(1, 3))
         return 0
 
-    run_chunks(height, max(1, _TEXELS_AT_A_TIME // (2 * height * finer * finer)), fill)
+    ALL_CORES.run(height, max(1, _TEXELS_AT_A_TIME // (2 * height * finer * finer)), fill)
     return picture
 
 
 def with_light(picture: Picture, light: Array) -> Picture:
-    """An equirectangular picture, changed by as little as it takes to project to a given light.
+    """An equirectangular picture, changed by as little as it takes to project, interpolated, to a given light.
 
     What resampling did to a picture is put right where it went wrong: the error of a texel is in proportion to its
     radiance p, so that the likeliest correction (weighted least squares) is `p**2 sum c_i Y_i(w)`, which falls on suns
@@ -170,7 +170,7 @@ def with_light(picture: Picture, light: Array) -> Picture:
         suns in a black sky stay where the picture shows them.
     """
     for power in (2, 1):
-        picture = _corrected(picture, light - project_equirect(picture), power)
+        picture = _corrected(picture, light - project_equirect(picture, interpolated=True), power)
     return picture
 
 
@@ -189,7 +189,7 @@ def _corrected(picture: Picture, lacking: Array, power: int) -> Picture:
         corrected[rows] = picture[rows] + scale * (picture[rows] / scale) ** power * factor
         return 0
 
-    run_chunks(height, max(1, _TEXELS_AT_A_TIME // (2 * height)), fill)
+    ALL_CORES.run(height, max(1, _TEXELS_AT_A_TIME // (2 * height)), fill)
     return corrected
 
 

@@ -15,7 +15,7 @@ from ..core.digest import digest
 from ..core.errors import PRTError
 from ..core.window import energy_shares
 from . import light
-from .images import linear_pixels
+from .projection import sky_picture
 from .sky import read_sky
 
 _HEIGHT = 256
@@ -96,10 +96,10 @@ def unregister() -> None:
 
 def _sky_picture(scene: bpy.types.Scene) -> npt.NDArray[np.float32] | None:
     """The sky that the light follows, unturned and at strength 1."""
-    if not light.followed_nodes(scene.world):
+    if not light.is_projected(scene.world):
         return None
     try:
-        return linear_pixels(read_sky(scene).image)
+        return sky_picture(read_sky(scene))
     except PRTError:  # the light was made from another
         return None
 

@@ -9,7 +9,9 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, Po
 
 from ..core.bake import MEMORY, BakeSettings, Run
 from ..core.errors import PRTError
+from ..core.sh import ORDER
 from .prepare import Preparation
+from .projection import Windowing
 
 _MIB = 1 << 20
 
@@ -105,8 +107,42 @@ class RunProperties(MemoryProperties):
     )
 
 
-class PRT_PG_settings(BakeProperties, PrepareProperties, RunProperties, bpy.types.PropertyGroup):
+WINDOWS = [
+    (
+        "NONE",
+        "None",
+        "The nine coefficients as they are: closest to the sky, but bright suns leave negative light opposite",
+    ),
+    ("HANN", "Hann", "Soften band 1 a little and band 2 more, in a cosine's shape"),
+    ("LANCZOS", "Lanczos", "Soften, in the shape of sin(x) / x: milder than Hann"),
+    ("AUTO", "Automatic", "The mildest Hann window that leaves no negative light, whatever the cutoff"),
+]
+
+
+class LightProperties:
+    """Mixin of how the world is projected."""
+
+    window: EnumProperty(  # type: ignore[valid-type]
+        name="Window", description="What is done against ringing, when the world is projected", items=WINDOWS
+    )
+    cutoff: FloatProperty(  # type: ignore[valid-type]
+        name="Cutoff",
+        description="The band at which the window reaches zero; less is softer",
+        default=ORDER + 1.0,
+        min=1.0,
+        soft_max=10.0,
+    )
+
+
+class PRT_PG_settings(BakeProperties, PrepareProperties, RunProperties, LightProperties, bpy.types.PropertyGroup):
     """Settings of the extension, stored with the scene."""
+
+    auto_light: BoolProperty(  # type: ignore[valid-type]
+        name="Auto",
+        description="Project the world again when its pictures or nodes change. Its rotation and strength are followed live "
+        "anyway, without a new projection",
+        default=True,
+    )
 
 
 class PRT_PG_object(bpy.types.PropertyGroup):
@@ -128,6 +164,11 @@ def bake_settings(scene: bpy.types.Scene, operator: bpy.types.Operator) -> BakeS
 def preparation(scene: bpy.types.Scene, operator: bpy.types.Operator) -> Preparation:
     """What may be done to meshes: the operator's own properties where they were given, the scene's where not."""
     return Preparation(**_values(PrepareProperties, scene, operator))
+
+
+def windowing(scene: bpy.types.Scene, operator: bpy.types.Operator) -> Windowing:
+    """What to do against ringing: the operator's own properties where they were given, the scene's where not."""
+    return Windowing(**_values(LightProperties, scene, operator))
 
 
 def run_settings(scene: bpy.types.Scene, operator: bpy.types.Operator) -> Run:

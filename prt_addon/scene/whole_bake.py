@@ -16,6 +16,7 @@ from ..core.pieces import Question
 from . import freshness, gather, light, prepare, shading, sky, transport_layers
 from .modes import object_mode
 from .prepare import Preparation
+from .projection import Windowing, project
 
 
 class WholeBake:
@@ -30,13 +31,13 @@ class WholeBake:
         context: bpy.types.Context,
         settings: BakeSettings,
         allowed: Preparation,
-        with_light: bool = False,
+        projected: Windowing | None = None,
         with_shading: bool = False,
     ) -> None:
         """
         Args:
             allowed: what may be done to meshes that cannot hold the result.
-            with_light: whether the world's light is projected, too.
+            projected: how the world is projected, too; not if None.
             with_shading: whether materials are relit, too.
 
         Raises:
@@ -47,7 +48,11 @@ class WholeBake:
         objects = gather.objects_to_bake(context)
         if with_shading:
             shading.check_materials(objects)
-        self._light = light.picture_light(sky.read_sky(context.scene)) if with_light else None
+        self._light = None
+        if projected:
+            here = sky.read_sky(context.scene)
+            light.check_world(here.world)
+            self._light = project(here, projected)
         with object_mode(context):
             self.plan = gather.gather(context, objects, settings.mode == "INTERREFLECTED", allowed)
         self.settings = settings
@@ -81,7 +86,7 @@ class WholeBake:
             PRTError: before anything is written, if the scene is no longer what was read.
         """
         objects = [_still_there(name) for name in self._names]
-        environment = sky.read_sky(context.scene) if self._light is not None else None  # refuses before writing
+        here = sky.read_sky(context.scene) if self._light else None  # refuses before writing
         with object_mode(context):
             with prepare.own_meshes(context, objects, self._allowed) as own:
                 for ob, receivers in zip(objects, self.plan.receivers, strict=True):
@@ -99,10 +104,12 @@ class WholeBake:
                     evidence,
                 )
         freshness.note_baked(objects)
-        if environment and self._light is not None:
-            light.write_light(environment, self._light)
+        notes = list(own.notes)
+        if here and self._light:
+            light.write_light(here, self._light)
+            notes += self._light.sentences
         warnings = shading.add_shading(objects) if self._with_shading else []
-        return [*(("WARNING", warning) for warning in warnings), *(("INFO", note) for note in own.notes)]
+        return [*(("WARNING", warning) for warning in warnings), *(("INFO", note) for note in notes)]
 
 
 def _still_there(name: str) -> bpy.types.Object:

@@ -157,6 +157,20 @@ def test_the_world_holds_the_light(blender, part, scene, stage, tmp_path):
     np.testing.assert_allclose(after, before, rtol=0, atol=2e-4 * before.max())
 
 
+def test_light_is_windowed_like_any_other(blender, part, scene, stage, tmp_path):
+    """As asked for, or as the scene has it; and then it is fresh."""
+    folder = write_float(stage, tmp_path / "Sky", hot_texel("negz", 16))
+    blender.ops.prt.import_cubemap(directory=str(folder))
+    whole = part("scene.light").read_light(scene.world)
+    factors = np.repeat(part("core.window").band_factors("HANN"), [1, 3, 5])[:, None]
+    scene.prt.window = "HANN"
+    for given in ({}, {"window": "NONE"}):
+        blender.ops.prt.import_cubemap(directory=str(folder), **given)
+        stored = part("scene.light").read_light(scene.world)
+        np.testing.assert_allclose(stored, whole if given else whole * factors, rtol=0, atol=1e-9)
+        assert part("scene.light_state").light_state(scene.world).text == "Fresh"
+
+
 def test_size_of_the_panorama(blender, scene, tmp_path):
     """Twice the face, unless that is more than wanted."""
     folder = write_encoded(tmp_path / "Sky", noise(), ".png")

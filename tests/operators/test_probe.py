@@ -34,6 +34,22 @@ def test_picture_beside_the_sky(blender, part, scene, stage, sky, tmp_path):
         assert np.median(error) < 0.003 * seen.max() and (error > 0.02 * seen.max()).sum() <= 8
 
 
+def test_picture_of_any_nodes(blender, part, scene, stage, tmp_path):
+    """A gradient, which only Blender can evaluate, is on the left as Cycles shows it."""
+    import panorama
+
+    world, _ = stage.environment(None, strength=1.5)
+    tree = world.node_tree
+    gradient, coordinate = tree.nodes.new("ShaderNodeTexGradient"), tree.nodes.new("ShaderNodeTexCoord")
+    tree.links.new(coordinate.outputs["Generated"], gradient.inputs["Vector"])
+    tree.links.new(gradient.outputs["Color"], tree.nodes["Background"].inputs["Color"])
+    blender.ops.prt.project_light()
+    blender.ops.prt.show_light()
+    left = pixels_of(blender.data.images["PRT Light of Sky"])[:, :512, :3]
+    seen = panorama.render_world(tmp_path / "world.exr", 256)
+    assert seen.max() > 1.4 and np.quantile(np.abs(left - seen), 0.999) < 0.02
+
+
 def test_picture_is_drawn_again(blender, scene, stage, sky):
     """Into the same image, as the world is turned by then."""
     _, mapping = sky
