@@ -64,8 +64,10 @@ def main() -> None:
     parser.add_argument("--table", type=Path, help="also write the table of ratios here")
     arguments = parser.parse_args()
     arguments.output.mkdir(parents=True, exist_ok=True)
-    results = in_blender(quick() if arguments.quick else whole())
-    (arguments.output / "results.json").write_text(json.dumps(results, indent=1) + "\n")
+    results = {}
+    for name, result in in_blender(quick() if arguments.quick else whole()):
+        results[name] = result
+        (arguments.output / "results.json").write_text(json.dumps(results, indent=1) + "\n")
     table = report.table(results)
     for path in filter(None, (arguments.output / "benchmark.md", arguments.table)):
         path.write_text(table)
@@ -73,21 +75,20 @@ def main() -> None:
     print(table)
 
 
-def in_blender(experiments: Iterator[Experiment]) -> dict[str, run.Result]:
-    """All results under their names; the extension is enabled for those that need it."""
+def in_blender(experiments: Iterator[Experiment]) -> Iterator[tuple[str, run.Result]]:
+    """All results with their names; the extension is enabled for those that need it."""
     import headless
 
     headless.enable_extension()
-    results = {}
     try:
         for name, experiment in experiments:
             begun = time.monotonic()
             with headless.quiet():
-                results[name] = experiment()
+                result = experiment()
             print(f"{name}: {time.monotonic() - begun:.0f} s", file=sys.stderr, flush=True)
+            yield name, result
     finally:
         headless.disable_extension()
-    return results
 
 
 if __name__ == "__main__":

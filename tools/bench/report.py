@@ -97,30 +97,26 @@ _ROWS = {
 
 
 def pictures(results: Results, folder: Path) -> None:
-    """Curves of growth and of the bounces, as PNG."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
+    """Curves of growth and of the bounces, as PNG; none without matplotlib."""
+    try:
+        from matplotlib.figure import Figure
+    except ImportError:
+        return
     for name, result in results.items():
+        figure = Figure(figsize=(6, 4), layout="constrained")
+        axes = figure.subplots()
         if name.startswith("growth"):
-            figure, axes = pyplot.subplots(figsize=(6, 4), layout="constrained")
             by = "receivers" if len(set(result["receivers"])) > 1 else "samples"
             for key, power, marker in (("bake", "exponent", "o-"), ("rays_alone", "rays_exponent", "s--")):
                 label = f"{key.replace('_', ' ')}, exponent {result[power]:.3f}"
                 axes.loglog(result[by], result[key], marker, label=label)
             axes.set(xlabel=by, ylabel="processor seconds", title=result["mode"].capitalize())
-            axes.grid(True, which="both", alpha=0.3)
-            axes.legend()
-            figure.savefig(folder / f"{name.replace(' ', '_')}.png", dpi=120)
-            pyplot.close(figure)
-        if name == "each_bounce":
-            figure, axes = pyplot.subplots(figsize=(6, 4), layout="constrained")
+        elif name == "each_bounce":
             for clock, marker in (("wall", "o-"), ("cpu", "s--")):
                 axes.plot([share[clock] for share in result["shares"]], marker, label=clock)
             axes.set(xlabel="bounces", ylabel="time over that of the rays alone", ylim=(0, None))
-            axes.grid(True, alpha=0.3)
-            axes.legend()
-            figure.savefig(folder / "each_bounce.png", dpi=120)
-            pyplot.close(figure)
+        else:
+            continue
+        axes.grid(True, which="both", alpha=0.3)
+        axes.legend()
+        figure.savefig(folder / f"{name.replace(' ', '_')}.png", dpi=120)
