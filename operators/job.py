@@ -38,7 +38,7 @@ class JobOperator:
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        if running_job():
+        if running_job() or _timer:
             cls.poll_message_set("A bake is running: wait for it, or cancel it")
             return False
         return True
@@ -69,16 +69,12 @@ class JobOperator:
             return {"RUNNING_MODAL"}
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
-        if self._job is None:
-            state = self._start(context)
-        elif self._job.running:
-            state = {"RUNNING_MODAL"}
-        else:
-            state = self._finish(context)
-        if state == {"RUNNING_MODAL"}:
-            _show_progress(context, self._job)
-        else:
-            stop_watching(context)
+        state = {"CANCELLED"}
+        try:
+            state = self._step(context)
+        finally:
+            if state != {"RUNNING_MODAL"}:
+                stop_watching(context)
         return state
 
     def cancel(self, context: bpy.types.Context) -> None:
@@ -87,6 +83,16 @@ class JobOperator:
             self._job.cancel()
             self._job.wait()
         stop_watching(context)
+
+    def _step(self, context: bpy.types.Context) -> set[str]:
+        """What is to be done at each tick."""
+        if self._job and not self._job.running:
+            return self._finish(context)
+        state = {"RUNNING_MODAL"} if self._job else self._start(context)
+        if self._job:
+            context.workspace.status_text_set(f"Baking PRT: {self._job.text}  (Esc cancels)")
+            _redraw(context)
+        return state
 
     @reports_errors
     def _start(self, context: bpy.types.Context) -> set[str]:
@@ -103,9 +109,10 @@ class JobOperator:
             if self._job:
                 _watch_on_terminal(self._job)
         except KeyboardInterrupt:
-            if self._job:
-                self._job.cancel()
-                self._job.wait()
+            job = running_job()
+            if job:
+                job.cancel()
+                job.wait()
             raise Interrupted("The bake was interrupted; nothing was changed.") from None
         return started
 
@@ -146,12 +153,6 @@ def stop_watching(context: bpy.types.Context) -> None:
     _timer = None
     if context.workspace:
         context.workspace.status_text_set(None)
-    _redraw(context)
-
-
-def _show_progress(context: bpy.types.Context, job: BakeJob[Any] | None) -> None:
-    if job:
-        context.workspace.status_text_set(f"Baking PRT: {job.text}  (Esc cancels)")
     _redraw(context)
 
 

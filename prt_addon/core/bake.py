@@ -29,7 +29,7 @@ MEMORY = 2 << 30
 """Bytes of hits that stay in memory, unless a bake is told otherwise."""
 
 _RAYS_IN_A_PIECE = 1 << 24  # at most 128 MiB of hits
-_BOUNCE_IN_RAYS = 0.08  # measured: a bounce takes as long as that share of the rays whose hits it uses
+_BOUNCE_IN_RAYS = 0.03  # measured: a bounce takes as long as that share of the rays whose hits it uses
 _TOO_BLIND = 0.02  # skipped start of rays, as a share of their object's radius, that is worth a word
 
 Mode = Literal["UNSHADOWED", "SHADOWED", "INTERREFLECTED"]
