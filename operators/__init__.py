@@ -5,8 +5,16 @@ from __future__ import annotations
 
 import bpy
 
-from . import bake, check, interchange, light, remove, shading
+from . import bake, check, interchange, light, remove, report, shading
 
 register, unregister = bpy.utils.register_classes_factory(
-    (*bake.CLASSES, *check.CLASSES, *light.CLASSES, *shading.CLASSES, *remove.CLASSES, *interchange.CLASSES)
+    (
+        *bake.CLASSES,
+        *check.CLASSES,
+        *light.CLASSES,
+        *shading.CLASSES,
+        *remove.CLASSES,
+        *report.CLASSES,
+        *interchange.CLASSES,
+    )
 )

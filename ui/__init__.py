@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import bpy
 
-from . import bake, files, light, shading
+from . import bake, files, light, report, shading
 
 register, unregister = bpy.utils.register_classes_factory(
-    (*bake.CLASSES, *light.CLASSES, *shading.CLASSES, *files.CLASSES)
+    (*bake.CLASSES, *light.CLASSES, *shading.CLASSES, *report.CLASSES, *files.CLASSES)
 )

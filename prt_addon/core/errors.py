@@ -18,6 +18,10 @@ class PictureError(PRTError):
     """An image that cannot be read as it is."""
 
 
+class RenderError(PRTError):
+    """A scene whose picture cannot be rendered as it is."""
+
+
 class RayCasterMissing(PRTError):
     """embreex, the ray caster, is not installed for this Python or platform."""
 
