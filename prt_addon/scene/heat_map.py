@@ -10,7 +10,7 @@ import numpy.typing as npt
 from .meshes import ObjectReceivers
 
 LAYER = "PRT Error"
-FULL_COLOUR = 0.5
+FULL_COLOUR = 0.25
 """The error, as a share of the object's true radiance, that is shown in full red or blue."""
 
 _WAS_ACTIVE = "prt_active_before_error"
