@@ -49,6 +49,7 @@ def test_every_operator_and_property_has_a_tooltip(blender, scene):
         "remove_shading",
         "remove",
         "check",
+        "report",
         "export_games202",
         "import_games202",
     ):

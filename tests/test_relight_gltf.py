@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The worked example outside Blender, docs/examples/relight_gltf.py: its numbers are Blender's and EEVEE's."""
 
-import json
 import subprocess
 import sys
 from pathlib import Path
@@ -59,8 +58,7 @@ def sky(stage, strength=1.5):
     mapping.inputs["Rotation"].default_value = (0.4, -0.9, 2.3)
 
 
-@pytest.mark.parametrize("name", ["baked.glb", "baked.gltf"])
-def test_every_pixel_of_eevee(blender, part, scene, stage, shaded, tmp_path, name):
+def test_every_pixel_of_eevee(blender, part, scene, stage, shaded, tmp_path):
     """A floor whose vertices are the camera's pixels and a ring more, under a roof just out of sight: the same colours within 1e-3."""
     pixels = 32
     floor = stage.object_of("Floor", stage.grid(pixels + 1, 1.5 * (1.0 + 1.0 / pixels)), principled(blender))
@@ -70,9 +68,8 @@ def test_every_pixel_of_eevee(blender, part, scene, stage, shaded, tmp_path, nam
     floor.select_set(True)
     blender.context.view_layer.objects.active = floor
     blender.ops.prt.bake(mode="SHADOWED", samples=64)
-    options = {} if name.endswith("glb") else {"export_format": "GLTF_SEPARATE"}
     frame = stage.render(tmp_path / "frame.exr")[..., :3]
-    positions, colours = shaded(name, **options)
+    positions, colours = shaded("floor.glb")
     points = stage.pixel_points(scale=3.0, resolution=pixels).reshape(-1, 2)
     rows = nearest(np.concatenate([points, np.zeros((len(points), 1))], axis=1), positions)
     difference = np.abs(colours[rows] - frame.reshape(-1, 3))
@@ -81,9 +78,9 @@ def test_every_pixel_of_eevee(blender, part, scene, stage, shaded, tmp_path, nam
     assert difference.max() < 1e-3 * colours.max()
 
 
-@pytest.mark.parametrize("space", ["SCENE", "OBJECT"])
-def test_every_vertex_of_a_turned_object(blender, part, scene, stage, shaded, space):
-    """Flat faces, a turned, mirrored and scaled object, either space: as NumPy has it inside Blender."""
+@pytest.mark.parametrize("space, form", [("SCENE", "GLB"), ("OBJECT", "GLTF_SEPARATE")])
+def test_every_vertex_of_a_turned_object(blender, part, scene, stage, shaded, space, form):
+    """Flat faces, a turned and scaled object, either space, either kind of file: as NumPy has it inside Blender."""
     from mathutils import Euler
 
     cube = stage.object_of("Cube", stage.cube(1.0), principled(blender), (1.0, -2.0, 0.5))
@@ -94,7 +91,7 @@ def test_every_vertex_of_a_turned_object(blender, part, scene, stage, shaded, sp
     cube.select_set(True)
     blender.context.view_layer.objects.active = cube
     blender.ops.prt.bake(mode="SHADOWED", samples=64)
-    positions, colours = shaded("cube.glb")
+    positions, colours = shaded("cube.glb" if form == "GLB" else "cube.gltf", export_format=form)
     axes = np.array(Euler((0.3, 1.1, -0.7)).to_matrix()) if space == "OBJECT" else np.eye(3)
     light = part("core.rotation").rotation_matrix(axes.T) @ part("scene.light").shown_light(scene.world)
     radiance = np.maximum(np.einsum("nic,ic->nc", part("scene.transport_layers").read(cube.data), light), 0.0)

@@ -94,7 +94,7 @@ class _Tally:
         point, tint = paths.point[reach], paths.tint[reach]
         cosine = np.einsum("ij,ij->i", way, paths.normal[reach]) / np.pi
         light = tint * (cosine / (cosine + self.sky.density(way)))[:, None]
-        shown = (self.sky.radiance(way) * light[:, None, :]).reshape(len(way), -1)
+        shown = (self.sky.radiance(way) * light[:, None, :]).reshape(len(way), self.radiance.shape[1])
         for column in range(shown.shape[1]):
             self.radiance[:, column] += np.bincount(point, shown[:, column], self.count)
         harmonics = sh.basis(way, self.order)

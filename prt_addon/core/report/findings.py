@@ -159,12 +159,16 @@ def _thinned(count: int, rays: int) -> npt.NDArray[np.int64]:
 def _fresh(
     subject: Subject, points: SurfacePoints, light: Float64, effort: Effort, workers: Workers
 ) -> tuple[Float64, Float64]:
-    """Radiance of two fresh bakes at m points, and between their corners: (2, m, 3) each."""
-    corners, place = np.unique(points.corners, return_inverse=True)
-    place = place.reshape(points.corners.shape)
-    at_corners = subject.receivers_at(subject.group.points[corners], subject.group.normals[corners], corners)
-    other_ids = np.arange(len(points)) + len(subject.group)  # turned unlike any corner
-    at_points = subject.receivers_at(points.positions, points.normals, other_ids)
+    """Radiance of two fresh bakes at m points, and between their corners: (2, m, 3) each.
+
+    A corner that several points share is baked anew for each, with a turn of its own: the points stay independent.
+    """
+    corners = points.corners.ravel()
+    ids = np.arange(len(corners) + len(points))
+    at_corners = subject.receivers_at(
+        subject.group.points[corners], subject.group.normals[corners], ids[: len(corners)]
+    )
+    at_points = subject.receivers_at(points.positions, points.normals, ids[len(corners) :])
     found = []
     for k in (1, 2):
         seed = subject.settings.seed + 2 * effort.seed + k
@@ -172,7 +176,7 @@ def _fresh(
             dot(fresh_transport(subject, some, subject.settings.samples, seed, workers), light)
             for some in (at_points, at_corners)
         )
-        found.append((here, points.between(there[place])))
+        found.append((here, points.between(there.reshape(-1, 3, 3))))
     here, between = (np.stack(one) for one in zip(*found, strict=True))
     return _clamped_twice(here), _clamped_twice(between)
 
