@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import bpy
 
-from . import bake, check, cubemap, interchange, job, light, probe, remove, shading, shards
+from . import bake, check, cubemap, interchange, job, light, probe, remove, report, shading, shards
 
 CLASSES = (
     *bake.CLASSES,
@@ -15,6 +15,7 @@ CLASSES = (
     *light.CLASSES,
     *probe.CLASSES,
     *shading.CLASSES,
+    *report.CLASSES,
     *remove.CLASSES,
     *cubemap.CLASSES,
     *interchange.CLASSES,

@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 
 from ..prt_addon.scene import light_picture
-from . import bake, files, light, menu, presets, preview, shading
+from . import bake, files, light, menu, presets, preview, report, shading
 
 CLASSES = (
     *bake.CLASSES,
@@ -14,6 +14,7 @@ CLASSES = (
     *light.CLASSES,
     *preview.CLASSES,
     *shading.CLASSES,
+    *report.CLASSES,
     *files.CLASSES,
     *menu.CLASSES,
 )

@@ -22,6 +22,10 @@ class VersionError(PRTError):
     """Stored data of a version that is not known yet."""
 
 
+class RenderError(PRTError):
+    """A scene whose picture cannot be rendered as it is."""
+
+
 class RayCasterMissing(PRTError):
     """embreex, the ray caster, is not installed for this Python or platform."""
 
