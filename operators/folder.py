@@ -6,12 +6,17 @@ from pathlib import Path
 import bpy
 from bpy.props import BoolProperty, StringProperty
 
+from ..prt_addon.scene.settings import absolute_folder
+
 
 class FolderBrowser:
     """Mixin of operators that read from or write to one folder."""
 
     directory: StringProperty(  # type: ignore[valid-type]
-        name="Folder", description="Folder to read from or to write to", subtype="DIR_PATH"
+        name="Folder",
+        description="Folder to read from or to write to",
+        subtype="DIR_PATH",
+        options={"PATH_SUPPORTS_BLEND_RELATIVE"},
     )
     filter_folder: BoolProperty(  # type: ignore[valid-type]
         name="Show Folders", description="Show folders in the file browser", default=True, options={"HIDDEN"}
@@ -23,4 +28,4 @@ class FolderBrowser:
         return {"RUNNING_MODAL"}
 
     def _folder(self) -> Path:
-        return Path(bpy.path.abspath(self.directory))
+        return absolute_folder(self.directory)

@@ -89,7 +89,7 @@ class PRT_OT_report(bpy.types.Operator):
         description="Where the report is written as JSON, and the difference of the pictures beside it; if empty, beside the "
         ".blend, or in the temporary folder",
         subtype="FILE_PATH",
-        options={"SKIP_SAVE"},
+        options={"PATH_SUPPORTS_BLEND_RELATIVE", "SKIP_SAVE"},
     )
 
     @reports_errors
