@@ -27,6 +27,19 @@ def part(blender):
 
 
 @pytest.fixture
+def coarse(part, monkeypatch):
+    """Worlds are looked at by panoramas of 64 rows, quickly; a list of the skies that were."""
+    full, skies = part("scene.panorama").panorama, []
+
+    def look(sky):
+        skies.append(sky)
+        return full(sky, 64)
+
+    monkeypatch.setattr(part("scene.projection"), "panorama", look)
+    return skies
+
+
+@pytest.fixture
 def scene(blender):
     """The scene of an empty file; the extension stays enabled."""
     blender.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)

@@ -50,9 +50,13 @@ def _alone(sky: Sky) -> Iterator[Radiance]:
         raise LightError(
             f"World '{sky.world.name}' is evaluated by Cycles, which is disabled: enable it in Preferences."
         )
+    world = sky.world
+    if not world.is_evaluated:
+        world = world.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    world = world.copy()  # as it is at this frame
     scene = bpy.data.scenes.new(_NAME)
-    world = _copy(sky, groups)
     try:
+        _neutralise(world, sky, groups)
         scene.world = world
         scene.render.engine = "CYCLES"
         scene.cycles.samples = 1
@@ -72,7 +76,7 @@ def _alone(sky: Sky) -> Iterator[Radiance]:
 def _evaluated(scene: bpy.types.Scene, directions: Float32) -> Float32:
     """(N, 3) radiance along directions (N, 3), neighbours of which are next to each other: three make a triangle."""
     count = len(directions)
-    corners = np.resize(directions, (-(-count // 3) * 3, 3)) if count % 3 else directions
+    corners = np.pad(directions, ((0, -count % 3), (0, 0)), mode="edge")
     mesh = bpy.data.meshes.new(_NAME)
     stand_in = bpy.data.objects.new(_NAME, mesh)
     try:
@@ -103,18 +107,16 @@ def _evaluated(scene: bpy.types.Scene, directions: Float32) -> Float32:
         bpy.data.meshes.remove(mesh)
 
 
-def _copy(sky: Sky, groups: list[bpy.types.NodeTree]) -> bpy.types.World:
-    """A copy of the world as it is at this frame, without what is followed; its own copies of groups are noted."""
-    world = sky.world
-    if not world.is_evaluated:
-        world = world.evaluated_get(bpy.context.evaluated_depsgraph_get())
-    world = world.copy()
+def _neutralise(world: bpy.types.World, sky: Sky, groups: list[bpy.types.NodeTree]) -> None:
+    """Take what is followed out of a copy of the sky's world; the copies of groups that it gets are noted."""
     world.animation_data_clear()
+    for name in [name for name in world.keys() if name.startswith("prt_")]:  # noqa: SIM118 - an ID is no dict
+        del world[name]  # handlers look after worlds with a light
     world.cycles.sampling_method = "NONE"  # no lamps are sampled: saves the map of where the sky is bright
     world.cycles_visibility.camera = world.cycles_visibility.diffuse
     output = output_of(world)
     if output is None:
-        return world
+        return
     tree = world.node_tree
     tree.animation_data_clear()
     for other in [node for node in tree.nodes if node.bl_idname == output.bl_idname and node != output]:
@@ -131,7 +133,6 @@ def _copy(sky: Sky, groups: list[bpy.types.NodeTree]) -> bpy.types.World:
             tree.links.remove(link)
         strength.default_value = 1.0
     _answer_light_path(tree, groups)
-    return world
 
 
 def _bypass(tree: bpy.types.NodeTree, mapping: bpy.types.Node) -> None:

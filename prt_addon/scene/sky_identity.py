@@ -49,9 +49,11 @@ def _picture(image: bpy.types.Image) -> str:
     told = [image.name_full, image.source, image.filepath, image.colorspace_settings.name, image.alpha_mode]
     if image.packed_file:
         return repr([*told, image.packed_file.size])
+    if image.source != "FILE":
+        return repr(told)
     path = Path(bpy.path.abspath(image.filepath, library=image.library))
-    state = path.stat() if image.source == "FILE" and path.is_file() else None
-    return repr([*told, tuple(image.size), state and (state.st_size, state.st_mtime_ns)])
+    state = path.stat() if path.is_file() else None
+    return repr([*told, state and (state.st_size, state.st_mtime_ns)])
 
 
 def _graph(sky: Sky) -> Iterator[str]:

@@ -4,12 +4,7 @@
 import numpy as np
 import pytest
 
-
-@pytest.fixture(autouse=True)
-def coarse(part, monkeypatch):
-    """Panoramas of 64 rows: what is tested here is when they are made, not how good they are."""
-    full = part("scene.panorama").panorama
-    monkeypatch.setattr(part("scene.projection"), "panorama", lambda sky: full(sky, 64))
+pytestmark = pytest.mark.usefixtures("coarse")
 
 
 @pytest.fixture
@@ -109,6 +104,19 @@ def test_turn_and_strength_project_nothing(blender, part, scene, stage, light, s
         scene.frame_set(frame)
         assert not state().stale
     assert world["prt_strength"] == 2.0
+
+
+def test_one_look_per_change(blender, scene, stage, light, coarse):
+    """Evaluating a world updates Blender's data, of which the handlers hear: they must not begin anew."""
+    world = graph(stage, "flat")
+    for count in (1, 2):
+        blender.ops.prt.project_light()
+        blender.context.view_layer.update()
+        assert len(coarse) == count
+    node_of(world, "ShaderNodeBackground").inputs["Color"].default_value = (1.0, 2.0, 3.0, 1.0)
+    for _ in range(2):
+        blender.context.view_layer.update()
+    assert len(coarse) == 3 and np.isclose(radiance(light, world), 2.0)
 
 
 def test_names_and_places_of_nodes_do_not_matter(blender, scene, stage, state):

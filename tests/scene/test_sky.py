@@ -134,6 +134,7 @@ def test_scene_without_world_is_refused(blender, scene, stage):
         blender.ops.prt.bake(mode="UNSHADOWED")
 
 
+@pytest.mark.usefixtures("coarse")
 def test_undecodable_pictures_are_left_to_blender(blender, part, scene, stage):
     """A byte image in a colour space with another curve than sRGB's, a power of 2.4."""
     image = blender.data.images.new("Encoded", 8, 4)
@@ -145,6 +146,7 @@ def test_undecodable_pictures_are_left_to_blender(blender, part, scene, stage):
     np.testing.assert_allclose(radiance, 0.5**2.4, atol=3e-3)
 
 
+@pytest.mark.usefixtures("coarse")
 def test_world_without_nodes_is_its_colour(blender, part, scene):
     """As there are before 5.0."""
     if blender.app.version >= (5, 0, 0):
@@ -159,6 +161,7 @@ def test_world_without_nodes_is_its_colour(blender, part, scene):
     np.testing.assert_allclose(part("scene.light").read_light(world)[0] / np.sqrt(4 * np.pi), 0.3, rtol=1e-4)
 
 
+@pytest.mark.usefixtures("coarse")
 def test_sequences_show_the_frame(blender, part, scene, stage, tmp_path):
     """A numbered picture per frame: each frame has its own light, by Blender's own choice of the file."""
     for number in (1, 2):
