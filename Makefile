@@ -1,8 +1,10 @@
-# make demo    the main job on real input, pictures in build/demo
-# make test    all tests
-# make lint    style and types
-# make package the zips that people install, in dist
-# make app     those zips tried in a real Blender's window: Debian and root only; sets up APP_ROOT, pictures in build/app
+# make demo     the main job on real input, pictures in build/demo
+# make test     all tests
+# make bench    how fast and how large: docs/benchmark.md; JSON and curves in build/bench
+# make gallery  the pictures of README and docs, every HDRI and mode beside Cycles: docs/gallery.md
+# make lint     style and types
+# make package  the zips that people install, in dist
+# make app      those zips tried in a real Blender's window: Debian and root only; sets up APP_ROOT, pictures in build/app
 # Each makes the environment that it needs under build/venv. PYTHON chooses the interpreter and with it the Blender:
 # 3.11 runs bpy 4.5 LTS (or 5.0 with BPY=5.0), 3.13 runs bpy 5.2 LTS.
 
@@ -17,13 +19,19 @@ BLEND ?=
 TESTS ?=
 APP_ROOT ?= build/app/root
 
-.PHONY: demo test lint package app clean
+.PHONY: demo test bench gallery lint package app clean
 
 demo: $(VENV)/.ready
 	$(VENV)/bin/python tools/demo.py $(if $(BLEND),--blend "$(BLEND)")
 
 test: $(VENV)/.ready
 	cd tests && ../$(VENV)/bin/python -m pytest $(TESTS)
+
+bench: $(VENV)/.bench
+	$(VENV)/bin/python tools/bench --table docs/benchmark.md
+
+gallery: $(VENV)/.ready
+	$(VENV)/bin/python tools/gallery.py
 
 lint: $(LINT)/.ready
 	$(LINT)/bin/ruff check .
@@ -43,6 +51,10 @@ $(VENV)/.ready: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
 	$(VENV)/bin/python -m pip install --quiet --upgrade "pip>=25.1"
 	$(VENV)/bin/python -m pip install --quiet "bpy==$(BPY).*" --group test
+	touch $@
+
+$(VENV)/.bench: $(VENV)/.ready
+	$(VENV)/bin/python -m pip install --quiet --group bench
 	touch $@
 
 $(LINT)/.ready: pyproject.toml

@@ -5,8 +5,26 @@ from __future__ import annotations
 
 import bpy
 
-from . import bake, check, interchange, light, remove, shading
+from . import bake, check, cubemap, interchange, job, light, probe, remove, report, shading, shards
 
-register, unregister = bpy.utils.register_classes_factory(
-    (*bake.CLASSES, *check.CLASSES, *light.CLASSES, *shading.CLASSES, *remove.CLASSES, *interchange.CLASSES)
+CLASSES = (
+    *bake.CLASSES,
+    *job.CLASSES,
+    *shards.CLASSES,
+    *check.CLASSES,
+    *light.CLASSES,
+    *probe.CLASSES,
+    *shading.CLASSES,
+    *report.CLASSES,
+    *remove.CLASSES,
+    *cubemap.CLASSES,
+    *interchange.CLASSES,
 )
+"""In the order of the menu."""
+register, _unregister = bpy.utils.register_classes_factory(CLASSES)
+
+
+def unregister() -> None:
+    """Blender drops an operator that watches a bake without a word to it."""
+    job.stop_watching(bpy.context)
+    _unregister()

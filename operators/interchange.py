@@ -1,52 +1,37 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The GAMES202 course's files: write them from the active mesh and the world, and read them back."""
 
-from pathlib import Path
-
 import bpy
-from bpy.props import BoolProperty, StringProperty
 
 from ..prt_addon.core.errors import LightError, MeshError
-from ..prt_addon.scene import gather, interchange, shading
+from ..prt_addon.scene import freshness, gather, interchange, shading
 from ..prt_addon.scene.modes import object_mode
 from ..prt_addon.scene.prepare import check_bakeable
+from .folder import FolderBrowser
 from .reporting import reports_errors
 
 
-class Games202Folder:
-    """Mixin of the folder that holds light.txt and transport.txt, chosen in the file browser or given by a script."""
-
-    directory: StringProperty(  # type: ignore[valid-type]
-        name="Folder", description="Folder that holds light.txt and transport.txt", subtype="DIR_PATH"
-    )
-    filter_folder: BoolProperty(  # type: ignore[valid-type]
-        name="Show Folders", description="Show folders in the file browser", default=True, options={"HIDDEN"}
-    )
-
-    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
-        """Ask for the folder."""
-        context.window_manager.fileselect_add(self)
-        return {"RUNNING_MODAL"}
-
-    def _folder(self) -> Path:
-        return Path(bpy.path.abspath(self.directory))
-
-
-class PRT_OT_export_games202(Games202Folder, bpy.types.Operator):
-    """Write the active mesh's transport and the world's light, as it is turned now, as the GAMES202 course's framework reads them"""
+class PRT_OT_export_games202(FolderBrowser, bpy.types.Operator):
+    """Write light.txt and transport.txt, the world's light and the active mesh's transport as they are turned now, as the GAMES202 course's framework reads them"""
 
     bl_idname = "prt.export_games202"
     bl_label = "Export GAMES202"
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
+        ob = _active_mesh(context)
         with object_mode(context):
-            interchange.export_files(_active_mesh(context), _world(context), self._folder())
+            interchange.export_files(ob, _world(context), self._folder())
+        causes = freshness.glance(context, ob).causes
+        if stale := [phrase for cause, phrase in causes.items() if cause != "SETTINGS"]:
+            self.report(
+                {"WARNING"}, f"The transport of '{ob.name}' is stale: {', '.join(stale)}. Bake and export again."
+            )
         self.report({"INFO"}, f"Wrote light.txt and transport.txt into '{self._folder()}'.")
         return {"FINISHED"}
 
 
-class PRT_OT_import_games202(Games202Folder, bpy.types.Operator):
+class PRT_OT_import_games202(FolderBrowser, bpy.types.Operator):
     """Read transport.txt onto the active mesh and light.txt into the world, and relight the mesh with them"""
 
     bl_idname = "prt.import_games202"

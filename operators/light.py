@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The SH light alone: project the world, or take the light off it."""
-
-from __future__ import annotations
+"""The SH light alone: project the world, now or over a range of frames."""
 
 import bpy
+from bpy.props import IntProperty
 
-from ..prt_addon.scene import light, sky
+from ..prt_addon.scene import light, light_animation, projection, sky
+from ..prt_addon.scene.settings import LightProperties, windowing
 from .reporting import reports_errors
 
 
-class PRT_OT_project_light(bpy.types.Operator):
-    """Project the world's HDRI into the SH light, without baking. Turning the world or changing its strength needs no new projection"""
+class PRT_OT_project_light(LightProperties, bpy.types.Operator):
+    """Project the world's sky into the SH light, without baking. Turning the world or changing its strength needs no new projection"""
 
     bl_idname = "prt.project_light"
     bl_label = "Project World"
@@ -18,12 +18,41 @@ class PRT_OT_project_light(bpy.types.Operator):
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
-        environment = sky.read_sky(context.scene)
-        light.write_light(environment, light.picture_light(environment))
-        self.report(
-            {"INFO"}, f"Projected '{environment.image.name}' into the light of world '{environment.world.name}'."
-        )
+        here = sky.read_sky(context.scene)
+        light.check_world(here.world)
+        projected = projection.project(here, windowing(context.scene, self))
+        light.write_light(here, projected)
+        for sentence in projected.sentences:
+            self.report({"INFO"}, sentence)
         return {"FINISHED"}
 
 
-CLASSES = (PRT_OT_project_light,)
+class PRT_OT_keyframe_light(LightProperties, bpy.types.Operator):
+    """Project the world at each frame of a range and keyframe the light: for skies that change in what cannot be followed, such as the sun of a Sky Texture. Renders then need no extension"""
+
+    bl_idname = "prt.keyframe_light"
+    bl_label = "Keyframe Light"
+    bl_options = {"REGISTER", "UNDO"}
+
+    frame_start: IntProperty(  # type: ignore[valid-type]
+        name="Start", description="First frame to keyframe; the scene's, if it is not given"
+    )
+    frame_end: IntProperty(  # type: ignore[valid-type]
+        name="End", description="Last frame to keyframe; the scene's, if it is not given"
+    )
+    step: IntProperty(  # type: ignore[valid-type]
+        name="Step", description="Frames from one keyframe to the next; between them the light blends", default=1, min=1
+    )
+
+    @reports_errors
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        scene, given = context.scene, self.properties.is_property_set
+        first = self.frame_start if given("frame_start") else scene.frame_start
+        last = self.frame_end if given("frame_end") else scene.frame_end
+        frames = light_animation.keyframes(first, last, self.step)
+        light_animation.keyframe(scene, frames, windowing(scene, self))
+        self.report({"INFO"}, f"Keyframed the light of world '{scene.world.name}' at {len(frames)} frame(s).")
+        return {"FINISHED"}
+
+
+CLASSES = (PRT_OT_project_light, PRT_OT_keyframe_light)

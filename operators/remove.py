@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import bpy
 
-from ..prt_addon.scene import gather, light, shading, transport_layers
+from ..prt_addon.scene import gather, heat_map, light, probe, report, shading, transport_layers
 from ..prt_addon.scene.modes import object_mode
 from .reporting import reports_errors
 
@@ -20,12 +20,20 @@ class PRT_OT_remove(bpy.types.Operator):
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
         objects = gather.objects_to_bake(context)
+        for ob in objects:
+            transport_layers.check_removable(ob)
+        shading.check_relit_materials(objects)
         with object_mode(context):
             for ob in objects:
                 transport_layers.remove(ob.data)
+                heat_map.remove(ob.data)
         shading.remove_shading(objects)
-        if not any(transport_layers.is_baked(mesh) for mesh in bpy.data.meshes) and context.scene.world:
-            light.remove_light(context.scene.world)
+        if not any(
+            mesh.users and transport_layers.is_baked(mesh) and not probe.is_probe(mesh) for mesh in bpy.data.meshes
+        ):
+            probe.remove_probes()
+            light.remove_lights()
+            report.forget(context.scene)
         self.report({"INFO"}, f"Removed PRT from {len(objects)} object(s).")
         return {"FINISHED"}
 

@@ -22,6 +22,7 @@ class PRT_OT_add_shading(bpy.types.Operator):
         shading.check_materials(objects)
         for warning in shading.add_shading(objects):
             self.report({"WARNING"}, warning)
+        self.report({"INFO"}, f"Added shading to {len(shading.materials_of(objects))} material(s).")
         return {"FINISHED"}
 
 
@@ -34,7 +35,12 @@ class PRT_OT_remove_shading(bpy.types.Operator):
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
-        shading.remove_shading(gather.objects_to_bake(context))
+        objects = gather.objects_to_bake(context)
+        shading.check_relit_materials(objects)
+        removed = shading.remove_shading(objects)
+        self.report(
+            {"INFO"}, f"Restored the materials of {len(objects)} object(s)." if removed else "No shading found."
+        )
         return {"FINISHED"}
 
 

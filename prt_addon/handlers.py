@@ -1,28 +1,102 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The only owner of `bpy.app.handlers`. What the light follows needs none; these keep pace with what cannot be driven."""
+"""The only owner of `bpy.app.handlers`. What the light follows needs none; these keep pace with what cannot be driven.
+
+A sky whose pictures or nodes have changed is projected again, which may take a second. With a window that waits for the
+pause that follows, in a timer; without one, in scripts and background renders, it is done on the spot. While a window
+renders, nothing is projected, as Blender calls handlers from the render's own thread then: the light of such animations is
+to be keyframed.
+"""
 
 from __future__ import annotations
 
 import bpy
 from bpy.app.handlers import persistent
 
+from .bake_job import running_job
+from .core.errors import PRTError
+from .scene.light import has_light, windowing_of, write_light
+from .scene.light_state import light_state, note_repainted
+from .scene.projection import project
 from .scene.shading import follow_base_colour
+from .scene.sky import read_world
+
+_PAUSE = 0.2
+"""Seconds without a change of the sky before it is projected again."""
+
+_busy = False
 
 
 @persistent
-def _on_edit(_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
-    """A base colour that is a plain number was edited: the relit surface takes it over."""
-    for update in depsgraph.updates:
-        if isinstance(update.id, bpy.types.Material):
-            follow_base_colour(update.id.original)
+def _on_edit(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+    """What was edited: base colours that are plain numbers are taken over, and skies looked at."""
+    if _busy:
+        return
+    changed = {update.id.original for update in depsgraph.updates}
+    for ident in changed:
+        if isinstance(ident, bpy.types.Material):
+            follow_base_colour(ident)
+        elif isinstance(ident, bpy.types.Image) and has_light(scene.world):
+            note_repainted(scene.world, ident)
+    if any(isinstance(ident, (bpy.types.World, bpy.types.Image)) for ident in changed):
+        _follow_sky(scene, depsgraph)
 
 
 @persistent
-def _on_frame(_scene: bpy.types.Scene, _depsgraph: bpy.types.Depsgraph) -> None:
-    """The same for one that is keyframed: changing the frame reports no single updates."""
+def _on_frame(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+    """The same for what is keyframed: changing the frame reports no single updates."""
+    if _busy:
+        return
     for material in bpy.data.materials:
         if material.node_tree and material.node_tree.animation_data:
             follow_base_colour(material)
+    _follow_sky(scene, depsgraph)
+
+
+def _follow_sky(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
+    """Project the scene's world again, now or soon, if it is to be followed and has changed."""
+    if not scene.prt.auto_light or not has_light(scene.world):
+        return
+    if not bpy.app.background:
+        if not bpy.app.is_job_running("RENDER") and light_state(scene.world).stale:
+            _wait_for_pause()
+        return
+    _project(scene.world, scene.world.evaluated_get(depsgraph))
+
+
+def _wait_for_pause() -> None:
+    if bpy.app.timers.is_registered(_after_pause):
+        bpy.app.timers.unregister(_after_pause)
+    bpy.app.timers.register(_after_pause, first_interval=_PAUSE)
+
+
+def _after_pause() -> float | None:
+    """Project the skies of all windows; later, if Blender is busy."""
+    if running_job() or bpy.app.is_job_running("RENDER"):
+        return _PAUSE
+    for scene in {window.scene for window in bpy.context.window_manager.windows}:
+        if scene.prt.auto_light and has_light(scene.world):
+            _project(scene.world, scene.world)
+    return None
+
+
+def _project(world: bpy.types.World, now: bpy.types.World) -> None:
+    """Project a world again if its light is stale.
+
+    Args:
+        world: where the light is written.
+        now: what the world is now: itself, or as a depsgraph evaluates it at the frame of a render.
+    """
+    global _busy
+    if running_job() or not light_state(now).stale:
+        return
+    _busy = True
+    try:
+        projection = project(read_world(now), windowing_of(world))
+        write_light(read_world(world), projection, insert=False)  # no nodes turn up under the hands of who edits them
+    except PRTError:
+        pass  # the panel shows why the light is stale
+    finally:
+        _busy = False
 
 
 _HANDLERS = ((bpy.app.handlers.depsgraph_update_post, _on_edit), (bpy.app.handlers.frame_change_post, _on_frame))
@@ -36,3 +110,5 @@ def register() -> None:
 def unregister() -> None:
     for handlers, handler in _HANDLERS:
         handlers.remove(handler)
+    if bpy.app.timers.is_registered(_after_pause):
+        bpy.app.timers.unregister(_after_pause)

@@ -176,3 +176,24 @@ def node_snapshot(tree):
         for link in tree.links
     )
     return nodes, links
+
+
+def baked_bytes(scene):
+    """All that a bake writes, byte by byte: layers and records of meshes, and properties of the world."""
+    meshes = {}
+    for ob in scene.objects:
+        if ob.type == "MESH":
+            layers = {}
+            for layer in ob.data.attributes:
+                if layer.name.startswith("_PRT_"):
+                    values = np.empty(len(layer.data) * 4, dtype=np.float32)
+                    layer.data.foreach_get("color", values)
+                    layers[layer.name] = layer.domain, values.tobytes()
+            record = ob.data.get("prt_bake")
+            meshes[ob.name] = layers, record and repr(record.to_dict())
+    world = {
+        key: repr(getattr(value, "to_list", lambda v=value: v)())
+        for key, value in scene.world.items()
+        if key.startswith("prt_light_")
+    }
+    return meshes, world

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What Blender asks of an extension: its manifest, its registration, and its interface's words."""
+"""What Blender asks of an extension: its manifest, and its registration."""
 
 import subprocess
 import sys
@@ -37,24 +37,3 @@ def all_handlers(bpy):
         for name in dir(bpy.app.handlers)
         if isinstance(getattr(bpy.app.handlers, name), list)
     ]
-
-
-def test_every_operator_and_property_has_a_tooltip(blender, scene):
-    """Nothing in the interface is left unexplained."""
-    for name in (
-        "bake",
-        "cancel",
-        "project_light",
-        "add_shading",
-        "remove_shading",
-        "remove",
-        "check",
-        "export_games202",
-        "import_games202",
-    ):
-        rna = getattr(blender.ops.prt, name).get_rna_type()
-        assert rna.description and not rna.description.endswith(".")
-        for prop in rna.properties:
-            assert prop.identifier == "rna_type" or prop.description, f"{name}.{prop.identifier}"
-    for prop in scene.prt.bl_rna.properties:
-        assert prop.identifier in {"rna_type", "name"} or prop.description

@@ -159,6 +159,21 @@ for number, path in enumerate(frames, start=1):
 """
 
 
+def render_elsewhere(bpy, stage, tmp_path, count):
+    """Save the file and render its first frames in a Blender that lacks us: pixels of each."""
+    blend, script = tmp_path / "saved.blend", tmp_path / "reopen.py"
+    bpy.ops.wm.save_as_mainfile(filepath=str(blend))
+    script.write_text(REOPEN)
+    frames = [tmp_path / f"theirs{number}.exr" for number in range(1, count + 1)]
+    subprocess.run(
+        [sys.executable, script, blend, *frames],
+        check=True,
+        capture_output=True,
+        env={"PATH": "/usr/bin:/bin", "HOME": str(Path.home()), "BLENDER_USER_RESOURCES": str(tmp_path / "profile")},
+    )
+    return [stage.read_exr(frame) for frame in frames]
+
+
 def test_saved_file_turns_without_the_extension(blender, part, scene, stage, tmp_path):
     """Save, open in a Blender that lacks us, step through keyframes of rotation and strength: the same pixels."""
     self_shadowing_stage(stage, blender)
@@ -174,18 +189,35 @@ def test_saved_file_turns_without_the_extension(blender, part, scene, stage, tmp
     for number in keys:
         scene.frame_set(number)
         ours[number] = stage.render(tmp_path / f"ours{number}.exr")
-    blend, script = tmp_path / "saved.blend", tmp_path / "reopen.py"
-    blender.ops.wm.save_as_mainfile(filepath=str(blend))
-    script.write_text(REOPEN)
-    frames = [tmp_path / f"theirs{number}.exr" for number in keys]
-    subprocess.run(
-        [sys.executable, script, blend, *frames],
-        check=True,
-        capture_output=True,
-        env={"PATH": "/usr/bin:/bin", "HOME": str(Path.home()), "BLENDER_USER_RESOURCES": str(tmp_path / "profile")},
-    )
-    for number, (rotation, value) in keys.items():
-        theirs = stage.read_exr(tmp_path / f"theirs{number}.exr")
+    frames = render_elsewhere(blender, stage, tmp_path, len(keys))
+    for theirs, (number, (rotation, value)) in zip(frames, keys.items(), strict=True):
         np.testing.assert_allclose(theirs, ours[number], rtol=1e-3, atol=1e-4)
         wanted, seen = expected_pixels(part, blender, stage, np.array([0.8, 0.5, 0.2]), rotation, value)
         assert np.abs(theirs[..., :3] - wanted)[seen].max() / wanted[seen].max() < 3e-3
+
+
+def test_keyframed_sky_without_the_extension(blender, part, scene, stage, tmp_path):
+    """A Sky Texture whose sun goes round while its strength grows: once keyframed, the frames are those of its own skies."""
+    stage.object_of("Ball", stage.icosphere(3), stage.diffuse())
+    stage.top_camera(resolution=16)
+    world, _ = stage.environment(None)
+    tree = world.node_tree
+    sky = tree.nodes.new("ShaderNodeTexSky")
+    background = next(node for node in tree.nodes if node.bl_idname == "ShaderNodeBackground")
+    tree.links.new(sky.outputs["Color"], background.inputs["Color"])
+    for frame, turn, strength in ((1, 0.3, 0.1), (2, 2.5, 0.4)):
+        sky.sun_rotation, background.inputs["Strength"].default_value = turn, strength
+        sky.keyframe_insert("sun_rotation", frame=frame)
+        background.inputs["Strength"].keyframe_insert("default_value", frame=frame)
+    blender.ops.prt.bake(mode="UNSHADOWED")
+    ours = []
+    for frame in (1, 2):
+        scene.frame_set(frame)  # and thereby projected
+        assert not part("scene.light_state").light_state(world).stale
+        ours.append(stage.render(tmp_path / "ours.exr"))
+    assert blender.ops.prt.keyframe_light(frame_start=1, frame_end=2) == {"FINISHED"}
+    for theirs, wanted in zip(render_elsewhere(blender, stage, tmp_path, 2), ours, strict=True):
+        np.testing.assert_allclose(theirs, wanted, rtol=5e-3, atol=5e-4 * wanted.max())
+    brightness = [frame[..., :3].mean() for frame in ours]
+    assert brightness[1] > 3 * brightness[0]
+    assert not np.allclose(ours[0] / brightness[0], ours[1] / brightness[1], rtol=0.1)  # the sun has moved

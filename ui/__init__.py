@@ -1,12 +1,36 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is seen: the PRT tab of the 3D View's sidebar. Reads properties and calls operators, nothing else."""
+"""What is seen: the PRT tab of the 3D View's sidebar, and a menu. Reads properties and calls operators, nothing else."""
 
 from __future__ import annotations
 
 import bpy
 
-from . import bake, files, light, shading
+from ..prt_addon.scene import light_picture
+from . import bake, files, light, menu, presets, preview, report, shading
 
-register, unregister = bpy.utils.register_classes_factory(
-    (*bake.CLASSES, *light.CLASSES, *shading.CLASSES, *files.CLASSES)
+CLASSES = (
+    *bake.CLASSES,
+    *presets.CLASSES,
+    *light.CLASSES,
+    *preview.CLASSES,
+    *shading.CLASSES,
+    *report.CLASSES,
+    *files.CLASSES,
+    *menu.CLASSES,
 )
+_register_classes, _unregister_classes = bpy.utils.register_classes_factory(CLASSES)
+_ENTRIES = (presets, menu)
+"""Modules that put something into Blender's own interface."""
+
+
+def register() -> None:
+    _register_classes()
+    for module in _ENTRIES:
+        module.register()
+
+
+def unregister() -> None:
+    for module in reversed(_ENTRIES):
+        module.unregister()
+    _unregister_classes()
+    light_picture.unregister()

@@ -1,48 +1,33 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The big button, its progress, and the settings of the bake."""
+"""The big button, its progress, and the settings of the bake, the rare ones folded away."""
 
 from __future__ import annotations
 
 import bpy
 
-from ..operators.bake import progress_text
 from ..prt_addon.bake_job import running_job
 from ..prt_addon.core import raycast
+from .presets import PRT_PT_bake_presets
 from .tab import Tab
 
 
 class PRT_PT_bake(Tab, bpy.types.Panel):
-    """Bake button, progress and settings"""
+    """The bake and its progress"""
 
     bl_idname = "PRT_PT_bake"
     bl_label = "Radiance Transfer"
 
-    def draw(self, context: bpy.types.Context) -> None:
+    def draw(self, _context: bpy.types.Context) -> None:
         layout = self.layout
-        layout.use_property_split = True
-        layout.use_property_decorate = False
-        settings = context.scene.prt
         job = running_job()
         if job:
             row = layout.row(align=True)
-            row.progress(factor=job.progress, text=progress_text(job))
+            row.progress(factor=job.progress, text=job.text)
             row.operator("prt.cancel", text="", icon="X")
         else:
             button = layout.column()
             button.scale_y = 1.6
             button.operator("prt.bake", icon="RENDER_STILL")
-        column = layout.column()
-        column.enabled = job is None
-        column.prop(settings, "mode")
-        traced = column.column()
-        traced.active = settings.mode != "UNSHADOWED"
-        traced.prop(settings, "samples")
-        if settings.mode == "INTERREFLECTED":
-            traced.prop(settings, "bounces")
-            traced.prop(settings, "tolerance")
-        traced.prop(settings, "seed")
-        if context.active_object and context.active_object.type == "MESH":
-            column.prop(context.active_object.prt, "space")
         if not raycast.is_available():
             box = layout.box().column()
             box.label(text="The ray caster is missing.", icon="ERROR")
@@ -54,17 +39,69 @@ class PRT_PT_bake(Tab, bpy.types.Panel):
                 box.label(text=line)
 
 
-class PRT_PT_meshes(Tab, bpy.types.Panel):
-    """What a bake may do to meshes that cannot hold its result"""
+class PRT_PT_settings(Tab, bpy.types.Panel):
+    """What is baked, and how well"""
 
-    bl_idname = "PRT_PT_meshes"
+    bl_idname = "PRT_PT_settings"
     bl_parent_id = "PRT_PT_bake"
-    bl_label = "Meshes"
+    bl_label = "Bake"
+
+    def draw_header_preset(self, _context: bpy.types.Context) -> None:
+        PRT_PT_bake_presets.draw_panel_header(self.layout)
+
+    def draw(self, context: bpy.types.Context) -> None:
+        settings = context.scene.prt
+        column = _settings_column(self.layout)
+        column.prop(settings, "mode")
+        if settings.mode != "UNSHADOWED":
+            column.prop(settings, "samples")
+        if settings.mode == "INTERREFLECTED":
+            column.prop(settings, "bounces")
+        if context.active_object and context.active_object.type == "MESH":
+            column.prop(context.active_object.prt, "space")
+
+
+class PRT_PT_advanced(Tab, bpy.types.Panel):
+    """Settings that are seldom needed"""
+
+    bl_idname = "PRT_PT_advanced"
+    bl_parent_id = "PRT_PT_settings"
+    bl_label = "Advanced"
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: bpy.types.Context) -> None:
-        self.layout.prop(context.scene.prt, "make_single_user")
-        self.layout.prop(context.scene.prt, "apply_modifiers")
+        settings = context.scene.prt
+        column = _settings_column(self.layout)
+        if settings.mode == "INTERREFLECTED":
+            column.prop(settings, "tolerance")
+        if settings.mode != "UNSHADOWED":
+            column.prop(settings, "seed")
+        column.use_property_split = False
+        column.prop(settings, "make_single_user")
+        column.prop(settings, "apply_modifiers")
 
 
-CLASSES = (PRT_PT_bake, PRT_PT_meshes)
+class PRT_PT_long_bakes(Tab, bpy.types.Panel):
+    """What matters to bakes that take long or need much memory"""
+
+    bl_idname = "PRT_PT_long_bakes"
+    bl_parent_id = "PRT_PT_settings"
+    bl_label = "Long Bakes"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column = _settings_column(self.layout)
+        column.prop(context.scene.prt, "checkpoint_dir")
+        column.prop(context.scene.prt, "memory")
+
+
+def _settings_column(layout: bpy.types.UILayout) -> bpy.types.UILayout:
+    """Where settings go; they rest while a bake runs."""
+    column = layout.column()
+    column.use_property_split = True
+    column.use_property_decorate = False
+    column.enabled = running_job() is None
+    return column
+
+
+CLASSES = (PRT_PT_bake, PRT_PT_settings, PRT_PT_advanced, PRT_PT_long_bakes)

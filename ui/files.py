@@ -18,6 +18,7 @@ class PRT_PT_files(Tab, bpy.types.Panel):
 
     def draw(self, _context: bpy.types.Context) -> None:
         column = self.layout.column(align=True)
+        column.operator("prt.import_cubemap", icon="IMPORT")
         column.operator("prt.import_games202", icon="IMPORT")
         column.operator("prt.export_games202", icon="EXPORT")
 

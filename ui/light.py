@@ -6,6 +6,7 @@ from __future__ import annotations
 import bpy
 
 from ..prt_addon.scene import light
+from ..prt_addon.scene.light_state import light_state
 from .tab import Tab
 
 
@@ -19,15 +20,20 @@ class PRT_PT_light(Tab, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
         layout.use_property_split = True
-        world = context.scene.world
-        if not light.has_light(world):
-            layout.label(text="No SH light on the world yet", icon="WORLD")
+        world, settings = context.scene.world, context.scene.prt
+        state = light_state(world)
+        layout.label(text=state.text, icon="ERROR" if state.stale else "WORLD")
         layout.operator("prt.project_light", icon="WORLD")
-        nodes = light.followed_nodes(world) if light.has_light(world) else None
-        if nodes:
-            mapping, background = nodes
-            layout.prop(mapping.inputs["Rotation"], "default_value", text="Rotation")
-            layout.prop(background.inputs["Strength"], "default_value", text="Strength")
+        layout.prop(settings, "auto_light")
+        layout.prop(settings, "window")
+        if settings.window in {"HANN", "LANCZOS"}:
+            layout.prop(settings, "cutoff")
+        if light.has_light(world):
+            followed = light.followed(world)
+            for socket, name in ((followed.rotation, "Rotation"), (followed.strength, "Strength")):
+                if socket:
+                    layout.prop(socket, "default_value", text=name)
+        layout.operator("prt.keyframe_light", icon="KEYTYPE_KEYFRAME_VEC")
 
 
 CLASSES = (PRT_PT_light,)

@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 
 from ..prt_addon.scene import freshness
-from .tab import Tab
+from .tab import Tab, wrapped
 
 
 class PRT_PT_shading(Tab, bpy.types.Panel):
@@ -20,24 +20,33 @@ class PRT_PT_shading(Tab, bpy.types.Panel):
         layout = self.layout
         ob = context.active_object
         if ob and ob.type == "MESH":
-            _draw_freshness(layout.column(align=True), freshness.glance(context, ob))
+            _draw_freshness(context, layout.column(align=True), freshness.glance(context, ob))
         row = layout.row(align=True)
         row.operator("prt.add_shading", text="Add", icon="ADD")
         row.operator("prt.remove_shading", text="Remove", icon="REMOVE")
         layout.operator("prt.remove", text="Remove Everything", icon="TRASH")
 
 
-_ICONS = {"FRESH": "CHECKMARK", "UNCHECKED": "CHECKMARK", "STALE": "ERROR", "UNKNOWN": "QUESTION", "NEVER": "DOT"}
+_ICONS = {
+    "FRESH": "CHECKMARK",
+    "UNCHECKED": "CHECKMARK",
+    "STALE": "ERROR",
+    "UNKNOWN": "QUESTION",
+    "NEVER": "DOT",
+    "NEWER": "ERROR",
+}
 
 
-def _draw_freshness(column: bpy.types.UILayout, found: freshness.Freshness) -> None:
-    """What is known of a bake, a line per cause: the sidebar is narrow."""
+def _draw_freshness(context: bpy.types.Context, column: bpy.types.UILayout, found: freshness.Freshness) -> None:
+    """What is known of a bake, and why."""
     headline, *details = found.lines
     if found.state == "FRESH":
         headline = "fresh when last checked"
-    column.label(text=f"{found.name}: {headline}", icon=_ICONS[found.state])
-    for line in details:
-        column.label(text=line, icon="BLANK1")
+    icon = _ICONS[found.state]
+    for sentence in (f"{found.name}: {headline}", *details):
+        for line in wrapped(context, sentence):
+            column.label(text=line, icon=icon)
+            icon = "BLANK1"
     column.operator("prt.check", text="Check", icon="VIEWZOOM")
 
 

@@ -1,6 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The PRT tab of the 3D View's sidebar, which every panel here belongs to."""
 
+from __future__ import annotations
+
+import textwrap
+
+import blf
+import bpy
+
+_FONT = 0  # Blender's own
+_MARGINS = 75.0  # of a label with an icon in a sub-panel, and the tabs beside it; in pixels at scale 1
+
 
 class Tab:
     """What all panels of the tab share."""
@@ -8,3 +18,11 @@ class Tab:
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"
     bl_category = "PRT"
+
+
+def wrapped(context: bpy.types.Context, text: str) -> list[str]:
+    """A sentence as lines that fit beside an icon into the sidebar as wide as it is: labels do not wrap by themselves."""
+    scale = context.preferences.system.ui_scale
+    blf.size(_FONT, context.preferences.ui_styles[0].widget.points * scale)
+    width = blf.dimensions(_FONT, text)[0] / len(text)
+    return textwrap.wrap(text, max(12, int((context.region.width - _MARGINS * scale) / width)))

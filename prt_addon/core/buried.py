@@ -24,7 +24,7 @@ import numpy.typing as npt
 
 from . import sh
 from .gather import Gather
-from .parallel import Progress, ignore_progress, run_chunks
+from .parallel import ALL_CORES, Workers
 from .raycast import RayScene
 from .transport import Pattern, Receivers
 
@@ -91,9 +91,9 @@ class FilledGather(Gather):
         super().__init__(*gather)
         self._fill = fill
 
-    def __call__(self, transport: Float32, progress: Progress = ignore_progress) -> Float32:
+    def __call__(self, transport: Float32) -> Float32:
         """One bounce: (N, C, 9) float32 from (N, C, 9)."""
-        return self._fill(super().__call__(transport, progress))
+        return self._fill(super().__call__(transport))
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,7 @@ class Surroundings:
     vertices: Float64
     triangles: npt.NDArray[np.int32]
 
-    def backs(self, receivers: Receivers, seed: int, progress: Progress, threads: int | None) -> Float64:
+    def backs(self, receivers: Receivers, seed: int, workers: Workers) -> Float64:
         """(N,) share of each receiver's rays that end on the back of a face."""
         pattern = Pattern(_PROBES, seed)
         share = np.empty(len(receivers))
@@ -120,7 +120,7 @@ class Surroundings:
             share[part] = ((hits.triangle >= 0) & ~hits.front).reshape(-1, _PROBES).mean(axis=1)
             return 0
 
-        run_chunks(len(receivers), pattern.chunk, work, progress, threads)
+        workers.run(len(receivers), pattern.chunk, work)
         return share
 
     def pass_through_a_back(self, start: Float64, end: Float64) -> Bools:
@@ -142,8 +142,7 @@ def find_buried(
     edges: Ints,
     direct: Float32,
     seed: int = 0,
-    progress: Progress = ignore_progress,
-    threads: int | None = None,
+    workers: Workers = ALL_CORES,
 ) -> Bools:
     """Which receivers lie inside other geometry and can be filled from outside; see the top of this file.
 
@@ -152,7 +151,7 @@ def find_buried(
         edges: (E, 2) pairs of receivers that are neighbours on a mesh.
         direct: (N, 9) their shadowed transport.
         seed: as the bake's.
-        progress, threads: see `run_chunks`; the few rays are not counted.
+        workers: who does it; the few rays are not counted.
 
     Returns:
         (N,) bool.
@@ -163,7 +162,7 @@ def find_buried(
     candidates = np.flatnonzero(inside)
     if not len(candidates):
         return inside
-    inside[candidates] = around.backs(_some(receivers, candidates), seed, progress, threads) > _BACKS
+    inside[candidates] = around.backs(_some(receivers, candidates), seed, workers) > _BACKS
     ends_inside = inside[edges]
     region = _regions(edges[ends_inside.all(axis=1)], len(receivers))
     out = edges[ends_inside[:, 0] != ends_inside[:, 1]]

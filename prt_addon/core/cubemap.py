@@ -8,14 +8,16 @@ interfaces; what comes out is in Blender's axes, by `(x, y, z) -> (x, -z, y)`: w
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cache
 from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from . import sh
-from .envmap import srgb_to_linear
+from .envmap import project_equirect, srgb_to_linear
 from .errors import PictureError
+from .parallel import ALL_CORES
 from .rotation import rotation_matrix
 
 Array = npt.NDArray[np.float64]
@@ -51,6 +53,7 @@ _TABLES = {
 }
 
 _TEXELS_AT_A_TIME = 1 << 16  # bounds the float64 copies whatever the size of the faces
+_SLIGHT = 1e-3  # a change that needs a thousand times the force of another is not made
 
 
 def decode(encoded: npt.NDArray[np.uint8] | Picture, table: Table = "OPENGL") -> Picture:
@@ -119,7 +122,8 @@ def project_cubemap(faces: Faces, table: Table = "OPENGL", order: int = sh.ORDER
 def to_equirect(faces: Faces, table: Table = "OPENGL", height: int | None = None) -> Picture:
     """Resample a cube map as the equirectangular picture that shows the same sky in a Blender world.
 
-    Bilinear between texels, across the edges of faces too.
+    Bilinear between texels, across the edges of faces too, and averaged over each texel of the picture, by samples so
+    fine that a sun of one texel keeps its energy within 3 %. `with_light` puts the rest right.
 
     Args:
         faces: as for `project_cubemap`.
@@ -133,20 +137,88 @@ def to_equirect(faces: Faces, table: Table = "OPENGL", height: int | None = None
         PictureError: as `project_cubemap`.
     """
     pictures, frames = _checked(faces), _TABLES[table]
+    height = height or 2 * len(pictures[0])
+    pictures = [_shrunk(picture, height // 2) for picture in pictures]
     size = len(pictures[0])
-    height = height or 2 * size
     bordered = _with_border(pictures, frames)
-    azimuth = np.pi * (1.0 - (np.arange(2 * height) + 0.5) / height)
-    elevation = np.pi * ((np.arange(height) + 0.5) / height - 0.5)
+    finer = -(-4 * size // height)
     picture = np.empty((height, 2 * height, 3), dtype=np.float32)
-    step = max(1, _TEXELS_AT_A_TIME // (2 * height))
-    for first in range(0, height, step):
-        rows = slice(first, first + step)
-        ring, up = np.cos(elevation[rows, None]), np.sin(elevation[rows, None])
-        directions = np.stack(np.broadcast_arrays(ring * np.cos(azimuth), ring * np.sin(azimuth), up), axis=-1)
-        face, column, row = _locate(directions, frames, size)
-        picture[rows] = _bilinear(bordered, face, column + 1.0, row + 1.0)
+
+    def fill(rows: slice) -> int:
+        samples = slice(rows.start * finer, rows.stop * finer)
+        found = _bilinear(bordered, frames, equirect_directions(height * finer, samples).reshape(-1, 3))
+        picture[rows] = found.reshape(-1, finer, 2 * height, finer, 3).mean(axis=(1, 3))
+        return 0
+
+    ALL_CORES.run(height, max(1, _TEXELS_AT_A_TIME // (2 * height * finer * finer)), fill)
     return picture
+
+
+def with_light(picture: Picture, light: Array) -> Picture:
+    """An equirectangular picture, changed by as little as it takes to project, interpolated, to a given light.
+
+    What resampling did to a picture is put right where it went wrong: the error of a texel is in proportion to its
+    radiance p, so that the likeliest correction (weighted least squares) is `p**2 sum c_i Y_i(w)`, which falls on suns
+    and leaves the rest alone. What a sun cannot carry, a second round spreads over the whole picture, by p.
+
+    Args:
+        picture: (height, 2 * height, 3) radiance, row 0 at the bottom, whose own light is not far off.
+        light: (9, 3).
+
+    Returns:
+        (height, 2 * height, 3) float32. Its light is equal but for what would take more than a slight change: lone
+        suns in a black sky stay where the picture shows them.
+    """
+    for power in (2, 1):
+        picture = _corrected(picture, light - project_equirect(picture, interpolated=True), power)
+    return picture
+
+
+def _corrected(picture: Picture, lacking: Array, power: int) -> Picture:
+    """The picture p plus `p**power sum c_i Y_i(w)`, whose light is `lacking` (9, 3)."""
+    scale = np.abs(picture).max(axis=(0, 1)) + np.float32(1e-30)  # powers of suns overflow
+    moments = project_equirect((picture / scale) ** power, 2 * sh.ORDER)
+    systems = np.einsum("ijk,kc->cij", _triple_products(), moments)
+    weights = np.stack(
+        [np.linalg.lstsq(*pair, rcond=_SLIGHT)[0] for pair in zip(systems, (lacking / scale).T, strict=True)], axis=1
+    )
+    corrected, height = np.empty_like(picture), len(picture)
+
+    def fill(rows: slice) -> int:
+        factor = sh.basis(equirect_directions(height, rows)) @ weights
+        corrected[rows] = picture[rows] + scale * (picture[rows] / scale) ** power * factor
+        return 0
+
+    ALL_CORES.run(height, max(1, _TEXELS_AT_A_TIME // (2 * height)), fill)
+    return corrected
+
+
+@cache
+def _triple_products() -> Array:
+    """(9, 9, 25) integrals of Y_i Y_j Y_k over the sphere; exact, by a product rule for polynomials of degree 9."""
+    z, weight = np.polynomial.legendre.leggauss(5)  # type: ignore[no-untyped-call]
+    azimuth = np.pi * (np.arange(10) + 0.5) / 5.0
+    ring = np.sqrt(1.0 - z * z)[:, None]
+    parts = ring * np.cos(azimuth), ring * np.sin(azimuth), z[:, None]
+    values = sh.basis(np.stack(np.broadcast_arrays(*parts), axis=-1), 2 * sh.ORDER)
+    low = values[..., : sh.coefficient_count(sh.ORDER)]
+    return np.einsum("z,zai,zaj,zak->ijk", weight * np.pi / 5.0, low, low, values, optimize=True)
+
+
+def _shrunk(picture: Picture, size: int) -> Picture:
+    """A face, averaged over blocks as long as it stays at least as wide as `size`."""
+    block = max(step for step in range(1, max(1, len(picture) // size) + 1) if len(picture) % step == 0)
+    width = len(picture) // block
+    return picture.reshape(width, block, width, block, 3).mean(axis=(1, 3)) if block > 1 else picture
+
+
+def equirect_directions(height: int, rows: slice = slice(None)) -> Array:
+    """(rows, 2 * height, 3) unit vectors towards texels of an equirectangular picture of that height, bottom row first."""
+    azimuth = np.pi * (1.0 - (np.arange(2 * height) + 0.5) / height)
+    elevation = np.pi * ((np.arange(height)[rows] + 0.5) / height - 0.5)[:, None]
+    ring = np.cos(elevation)
+    parts = ring * np.cos(azimuth), ring * np.sin(azimuth), np.sin(elevation)
+    return np.stack(np.broadcast_arrays(*parts), axis=-1)
 
 
 def _checked(faces: Faces) -> list[Picture]:
@@ -182,11 +254,14 @@ def _local_directions(column: npt.ArrayLike, row: npt.ArrayLike, size: int) -> A
 
 
 def _locate(directions: Array, frames: Array, size: int) -> tuple[npt.NDArray[np.intp], Array, Array]:
-    """Face, column and row that directions (..., 3) hit; whole numbers are the middles of texels."""
-    u, v, ahead = np.einsum("fij,...j->if...", frames, directions, optimize=True)
-    face = np.argmax(ahead, axis=0)
-    u, v, ahead = (np.take_along_axis(part, face[None], axis=0)[0] for part in (u, v, ahead))
-    return face, (u / ahead + 1.0) * size / 2.0 - 0.5, (v / ahead + 1.0) * size / 2.0 - 0.5
+    """Face, column and row that directions (n, 3) hit; whole numbers are the middles of texels."""
+    face = np.argmax(directions @ frames[:, 2].T, axis=1)
+    column, row = np.empty(len(face)), np.empty(len(face))
+    for index, frame in enumerate(frames):
+        here = np.flatnonzero(face == index)
+        u, v, ahead = frame @ directions.take(here, axis=0).T
+        column[here], row[here] = ((w / ahead + 1.0) * (size / 2.0) - 0.5 for w in (u, v))
+    return face, column, row
 
 
 def _with_border(pictures: list[Picture], frames: Array) -> Picture:
@@ -205,11 +280,14 @@ def _with_border(pictures: list[Picture], frames: Array) -> Picture:
     return bordered
 
 
-def _bilinear(pictures: Picture, face: npt.NDArray[np.intp], column: Array, row: Array) -> Picture:
-    """Colours (..., 3) at fractional columns and rows."""
-    x, y = column.astype(np.intp), row.astype(np.intp)  # nothing is negative
-    right, down = ((column - x)[..., None].astype(np.float32), (row - y)[..., None].astype(np.float32))
+def _bilinear(pictures: Picture, frames: Array, directions: Array) -> Picture:
+    """Colours (n, 3) along directions (n, 3), of faces with a border."""
     width = pictures.shape[1]
+    face, column, row = _locate(directions, frames, width - 2)
+    column += 1.0
+    row += 1.0
+    x, y = column.astype(np.intp), row.astype(np.intp)  # nothing is negative
+    right, down = ((column - x)[:, None].astype(np.float32), (row - y)[:, None].astype(np.float32))
     texels, first = pictures.reshape(-1, 3), (face * width + y) * width + x
     upper, upper_right, lower, lower_right = (texels.take(first + by, axis=0) for by in (0, 1, width, width + 1))
     upper += right * (upper_right - upper)

@@ -18,8 +18,24 @@ class PictureError(PRTError):
     """An image that cannot be read as it is."""
 
 
+class VersionError(PRTError):
+    """Stored data of a version that is not known yet."""
+
+
+class RenderError(PRTError):
+    """A scene whose picture cannot be rendered as it is."""
+
+
 class RayCasterMissing(PRTError):
     """embreex, the ray caster, is not installed for this Python or platform."""
+
+
+class ShardError(PRTError):
+    """Shards of a bake that are missing, or do not belong together."""
+
+
+class Interrupted(PRTError):
+    """Ctrl-C; nothing was written."""
 
 
 class Cancelled(PRTError):

@@ -8,6 +8,7 @@ integral over the hemisphere sampled by its own cosine). Every row sums to at mo
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,15 +17,22 @@ import numpy.typing as npt
 
 from . import sh
 from .albedo import Albedo
-from .hits import ONE, KeptHits, unpacked
-from .parallel import Progress, ignore_progress, run_chunks
+from .hits import ONE, HitStore, KeptHits, unpacked
+from .parallel import ALL_CORES, Workers
+from .spill import Spill, memory_of
 
 Float32 = npt.NDArray[np.float32]
 Int64 = npt.NDArray[np.int64]
+UInt32 = npt.NDArray[np.uint32]
+Bools = npt.NDArray[np.bool_]
 
 _COEFFICIENTS = sh.coefficient_count(sh.ORDER)
-_HITS_AT_A_TIME = 1 << 14  # measured: fewer pay for the calls, more leave the cache
-_BLOCK = 8  # hits summed by one call of the inner loop; rows are padded to a multiple of it
+_RECEIVERS_AT_A_TIME = 1 << 10  # measured: fewer pay for the calls, more leave the cache
+_HITS_AT_A_TIME = 1 << 18  # bounds the memory of bakes with many samples
+_PLACES_AT_A_TIME = 32
+_COARSE_AT_A_TIME = 1 << 11
+_FINE = 0.03  # at 256 rays; see `Gather`
+_TRIANGLES_AT_A_TIME = 1 << 13
 
 
 @dataclass(frozen=True)
@@ -35,12 +43,12 @@ class Sources:
 
     receiver: (M,) int64.
     tint: (M, C) float32; black where the corner shows no receiver.
-    corner: (T, 3) int64, the source at each corner.
+    corner: (T, 3) int32, the source at each corner.
     """
 
     receiver: Int64
     tint: Float32
-    corner: Int64
+    corner: npt.NDArray[np.int32]
 
     @classmethod
     def of(cls, albedo: Albedo, corner_receiver: npt.NDArray[np.integer[Any]], channels: int) -> Sources:
@@ -52,151 +60,227 @@ class Sources:
         _, example, inverse = np.unique(key, return_index=True, return_inverse=True)
         receiver = corner_receiver.ravel()[example].astype(np.int64)
         tint = np.where(receiver[:, None] < 0, np.float32(0.0), colours[example // 3])
-        return cls(np.maximum(receiver, 0), tint, inverse.reshape(-1, 3))
+        return cls(np.maximum(receiver, 0), tint, inverse.reshape(-1, 3).astype(np.int32))
+
+    @property
+    def black(self) -> int:
+        """The number of a source that returns nothing."""
+        return len(self.receiver)
 
     def lit(self, transport: Float32) -> Float32:
-        """(M, C * 9) what each source returns of (N, C, 9)."""
-        lit: Float32 = transport[self.receiver] * self.tint[:, :, None]
+        """(M + 1, C * 9) what each source returns of (N, C, 9)."""
+        lit = np.zeros((len(self.receiver) + 1, *transport.shape[1:]), dtype=np.float32)
+        np.multiply(transport[self.receiver], self.tint[:, :, None], out=lit[:-1])
         return lit.reshape(len(lit), -1)
 
 
+@dataclass(frozen=True)
+class _Piece:
+    """Hits of consecutive receivers, and what was looked up for them once.
+
+    receivers: which.
+    hits: theirs.
+    pattern_starts: (n + 1,) where each receiver's hits on patterned triangles start in `pattern_colours`.
+    pattern_colours: (P, C) uint16, fixed point.
+    """
+
+    receivers: slice
+    hits: KeptHits
+    pattern_starts: Int64
+    pattern_colours: npt.NDArray[np.uint16]
+
+
 class Gather:
-    """`gather(T)` is G T. The weights are made from the kept hits as they are needed: eight bytes a hit, not sixteen."""
+    """`gather(T)` is G T, made from the kept hits as it is needed: eight bytes a hit and nothing else.
+
+    Most of the time goes into fetching what the three corners of each hit return. Where these differ by less than can
+    be seen, one of them stands for all, each as often as the hits lie towards it: a random choice by the barycentrics,
+    which returns the same light on average and to the last bit the same energy. `_FINE` is the largest difference of a
+    coefficient that counts as none. The error that this adds is a small part of the noise that the rays have; as that falls
+    faster with their number than the error of a random choice, the limit falls with the fourth root.
+    """
 
     def __init__(
         self,
-        hits: KeptHits,
+        hits: HitStore | KeptHits,
         albedo: Albedo,
         corner_receiver: npt.NDArray[np.integer[Any]],
-        progress: Progress = ignore_progress,
-        threads: int | None = None,
+        workers: Workers = ALL_CORES,
     ) -> None:
         """
         Args:
-            hits: of N receivers.
+            hits: of M receivers, which need not be those that light bounces off.
             albedo: of the triangles that were hit.
             corner_receiver: (T, 3) the receiver at each corner of a triangle; one at -1 returns no light.
+            workers: who does it, now and in each bounce; told the receivers that a bounce has reached.
         """
+        store = HitStore.of(hits) if isinstance(hits, KeptHits) else hits
         self.channels = 1 if albedo.is_grey else 3
         self.sources = Sources.of(albedo, corner_receiver, self.channels)
-        self._hits, self._threads = hits, threads
-        self._chunk = max(1, int(_HITS_AT_A_TIME * len(hits) / max(1, len(hits.packed))))
+        self._workers, self._samples, self._receivers = workers, store.samples, len(store)
+        self._chunk = min(_RECEIVERS_AT_A_TIME, max(1, _HITS_AT_A_TIME // store.samples))
+        self._fine = _FINE * (256.0 / store.samples) ** 0.25
         self._is_patterned = albedo.is_patterned
-        self._pattern_starts, self._pattern_colours = self._looked_up(albedo, progress)
+        self._pieces = list(self._looked_up(store, albedo))
 
     @property
     def nbytes(self) -> int:
         """Memory that grows with the rays: the kept hits and the colours looked up for them."""
-        return self._hits.nbytes + self._pattern_starts.nbytes + self._pattern_colours.nbytes
+        return sum(piece.hits.nbytes + memory_of(piece.pattern_starts, piece.pattern_colours) for piece in self._pieces)
 
-    def __call__(self, transport: Float32, progress: Progress = ignore_progress) -> Float32:
-        """One bounce: (N, C, 9) float32 from (N, C, 9)."""
+    def __call__(self, transport: Float32) -> Float32:
+        """One bounce: (M, C, 9) float32 from (N, C, 9)."""
         lit = self.sources.lit(transport)
-        out = np.zeros((len(self._hits), lit.shape[1]), dtype=np.float32)
+        is_fine = self._is_fine(lit)
+        out = np.empty((self._receivers, lit.shape[1]), dtype=np.float32)
+        for piece in self._pieces:
+            self._gather_piece(out[piece.receivers], piece, lit, is_fine)
+        out *= np.float32(1.0 / self._samples)
+        return out.reshape(len(out), *transport.shape[1:])
+
+    def _is_fine(self, lit: Float32) -> Bools:
+        """(T,) whether the corners of each triangle return so much the same that any may stand for all."""
+        is_fine = np.empty(len(self.sources.corner), dtype=np.bool_)
 
         def work(part: slice) -> int:
-            self._gather_into(out[part], part, lit)
+            a, b, c = (lit.take(corner, axis=0) for corner in self.sources.corner[part].T)
+            highest = np.maximum(a, b)
+            np.maximum(highest, c, out=highest)
+            np.minimum(a, b, out=a)
+            np.minimum(a, c, out=a)
+            highest -= a
+            is_fine[part] = highest.max(axis=1) < self._fine
             return 0
 
-        run_chunks(len(out), self._chunk, work, progress, self._threads)
-        out *= np.float32(1.0 / (ONE * self._hits.samples))
-        return out.reshape(transport.shape)
+        self._workers.run(len(is_fine), _TRIANGLES_AT_A_TIME, work)
+        return is_fine
 
-    def _gather_into(self, out: Float32, part: slice, lit: Float32) -> None:
-        """Add up what some receivers get, times `ONE` and the samples."""
-        starts = self._hits.starts[part.start : part.stop + 1]
-        triangle, u, v = unpacked(self._hits.packed[starts[0] : starts[-1]])
-        if not len(triangle):
-            return
-        colours = self._pattern_colours[self._pattern_starts[part.start] : self._pattern_starts[part.stop]]
-        patterned = self._is_patterned[triangle] if len(colours) else None
-        first, entry_starts = _entries(triangle, starts - starts[0], patterned)
-        entry, block_starts = _padded(entry_starts)
-        corners = np.append(triangle[first], 0).take(entry)
-        source = self.sources.corner.take(corners, axis=0, mode="clip")
-        weights = _summed_weights(u, v, first).take(entry, axis=0, mode="clip")
-        rows = lit.take(source, axis=0, mode="clip").reshape(-1, 3 * _BLOCK, lit.shape[1])
-        if patterned is None:
-            sums = np.einsum("nj,njc->nc", weights.reshape(rows.shape[:2]), rows)
-        else:
-            tint = np.ones((len(first) + 1, self.channels), dtype=np.float32)
-            tint[:-1][patterned[first]] = colours / np.float32(ONE)
-            sums = _tinted_sums(weights, tint.take(entry, axis=0), rows)
-        filled = np.flatnonzero(np.diff(block_starts))
-        out[filled] = np.add.reduceat(sums, block_starts[filled], axis=0)
+    def _gather_piece(self, out: Float32, piece: _Piece, lit: Float32, is_fine: Bools) -> None:
+        def work(part: slice) -> int:
+            out[part] = self._gathered(piece, part, lit, is_fine)
+            return part.stop - part.start
 
-    def _looked_up(self, albedo: Albedo, progress: Progress) -> tuple[Int64, npt.NDArray[np.uint16]]:
+        self._workers.run(len(out), self._chunk, work)
+
+    def _gathered(self, piece: _Piece, part: slice, lit: Float32, is_fine: Bools) -> Float32:
+        """What some receivers of a piece get, times the samples."""
+        starts = piece.hits.starts[part.start : part.stop + 1]
+        triangle, u, v = unpacked(piece.hits.packed[starts[0] : starts[-1]])
+        starts = starts - starts[0]
+        colours = piece.pattern_colours[piece.pattern_starts[part.start] : piece.pattern_starts[part.stop]]
+        tint = self._tint(triangle, colours) if len(colours) else None
+        source = self._chosen(triangle, u, v)
+        coarse = np.flatnonzero(~is_fine.take(triangle))
+        if not len(coarse):
+            return _sums(lit, source, starts, tint)
+        source[coarse] = self.sources.black
+        out = _sums(lit, source, starts, tint)
+        returned = self._interpolated(lit, triangle[coarse], u[coarse], v[coarse])
+        if tint is not None:
+            by_channel = returned.reshape(len(coarse), self.channels, -1)
+            by_channel *= tint[coarse, :, None]
+        coarse_starts = np.searchsorted(coarse, starts)
+        filled = np.flatnonzero(np.diff(coarse_starts))
+        out[filled] += np.add.reduceat(returned, coarse_starts[filled], axis=0)
+        return out
+
+    def _interpolated(self, lit: Float32, triangle: UInt32, u: UInt32, v: UInt32) -> Float32:
+        """(H, C * 9) what hits return, between all three corners."""
+        returned = np.empty((len(triangle), lit.shape[1]), dtype=np.float32)
+        shares = np.stack([ONE - u - v, u, v], axis=1).astype(np.float32) / np.float32(ONE)
+        for first in range(0, len(triangle), _COARSE_AT_A_TIME):
+            part = slice(first, first + _COARSE_AT_A_TIME)
+            corners = lit.take(self.sources.corner.take(triangle[part], axis=0), axis=0)
+            np.einsum("hk,hkc->hc", shares[part], corners, out=returned[part])
+        return returned
+
+    def _tint(self, triangle: UInt32, colours: npt.NDArray[np.uint16]) -> Float32:
+        """(H, C) the colours that patterns give to hits on them; white elsewhere, where the sources are coloured."""
+        tint = np.ones((len(triangle), self.channels), dtype=np.float32)
+        tint[self._is_patterned.take(triangle)] = colours / np.float32(ONE)
+        return tint
+
+    def _chosen(self, triangle: UInt32, u: UInt32, v: UInt32) -> npt.NDArray[np.intp]:
+        """(H,) a source for each hit: one of the corners, each with the probability of its barycentric.
+
+        The random number is made of the barycentrics themselves: it depends on nothing but the hit.
+        """
+        number = (u << 16 | v) * np.uint32(0x9E3779B1) >> 16
+        not_first = number < u + v
+        corner = np.multiply(triangle, 3, dtype=np.intp)
+        corner += not_first
+        corner += not_first & (number >= u)
+        return self.sources.corner.reshape(-1).take(corner).astype(np.intp)
+
+    def _looked_up(self, store: HitStore, albedo: Albedo) -> Iterator[_Piece]:
+        stop, spill = 0, Spill(store.spill.left)
+        for hits in store.pieces:
+            start, stop = stop, stop + len(hits)
+            pattern_starts, colours = self._pattern_colours(hits, albedo)
+            yield _Piece(slice(start, stop), hits, pattern_starts, spill.keep(colours))
+
+    def _pattern_colours(self, hits: KeptHits, albedo: Albedo) -> tuple[Int64, npt.NDArray[np.uint16]]:
         """Where each receiver's hits on patterned triangles start, (N + 1,), and their colours in fixed point."""
-        hits = self._hits
         starts = np.zeros(len(hits) + 1, dtype=np.int64)
-        if not albedo.patterns:
+        if not albedo.patterns or not len(hits):
             return starts, np.empty((0, self.channels), dtype=np.uint16)
         chunks: dict[int, npt.NDArray[np.uint16]] = {}
 
         def work(part: slice) -> int:
             here = hits.starts[part.start : part.stop + 1]
             triangle, u, v = unpacked(hits.packed[here[0] : here[-1]])
-            patterned = self._is_patterned[triangle]
-            count = np.concatenate([[0], np.cumsum(patterned)])
-            starts[part.start + 1 : part.stop + 1] = np.diff(count[here - here[0]])
-            u_here, v_here = (np.divide(x[patterned], ONE, dtype=np.float32) for x in (u, v))
-            colour = albedo.at(triangle[patterned], u_here, v_here)[:, : self.channels]
-            chunks[part.start] = np.rint(colour * np.float32(ONE)).astype(np.uint16)
+            patterned = self._is_patterned.take(triangle)
+            starts[part.start + 1 : part.stop + 1] = np.diff(_starts_of(patterned, here - here[0]))
+            triangle, u, v = _those(patterned, triangle, u, v)
+            colour = albedo.at(triangle, *(np.divide(x, ONE, dtype=np.float32) for x in (u, v)))
+            chunks[part.start] = np.rint(colour[:, : self.channels] * np.float32(ONE)).astype(np.uint16)
             return 0
 
-        run_chunks(len(hits), 8 * self._chunk, work, progress, self._threads)
+        self._workers.run(len(hits), self._chunk, work)
         return np.cumsum(starts), np.concatenate([chunks[first] for first in sorted(chunks)])
 
 
-def _entries(triangle: Int64, starts: Int64, patterned: npt.NDArray[np.bool_] | None) -> tuple[Int64, Int64]:
-    """Join a receiver's hits on one triangle, unless a pattern gives each its own colour.
+def _those(mask: Bools, *arrays: UInt32) -> tuple[UInt32, ...]:
+    return tuple(array[mask] for array in arrays)
 
-    Returns:
-        The first hit of each entry (E,), and where each receiver's entries start (n + 1,).
+
+def _starts_of(mask: Bools, starts: Int64) -> Int64:
+    """(n + 1,) where runs that start at `starts` start among those of their items that a mask keeps."""
+    kept: Int64 = np.concatenate([[0], np.cumsum(mask)])[starts]
+    return kept
+
+
+def _sums(lit: Float32, source: npt.NDArray[np.intp], starts: Int64, weights: Float32 | None = None) -> Float32:
+    """(n, C * 9) sums over runs of sources: the first of all runs, then the second of all that have one, and so on.
+
+    So each receiver's sum is taken in the order of its own rays, whoever else is summed with it.
+
+    Args:
+        lit: (M, C * 9) what the sources return.
+        source: (H,) which.
+        starts: (n + 1,) where the run of each receiver starts.
+        weights: (H, C) of the channels; 1 if None.
     """
-    is_first = np.empty(len(triangle) + 1, dtype=np.bool_)
-    np.not_equal(triangle[1:], triangle[:-1], out=is_first[1:-1])
-    is_first[starts] = True  # the last one stands past the end
-    if patterned is not None:
-        is_first[:-1] |= patterned
-    first = np.flatnonzero(is_first[:-1])
-    return first, np.searchsorted(first, starts)
-
-
-def _summed_weights(u: Int64, v: Int64, first: Int64) -> Float32:
-    """(E + 1, 3) barycentrics of the corners, summed over the hits of each entry, times `ONE`; the last row is zero."""
-    hits = len(u)
-    both = np.add.reduceat((u << 32) | v, first)  # one pass for two sums
-    u, v = both >> 32, both & 0xFFFFFFFF
-    weights = np.zeros((len(first) + 1, 3), dtype=np.float32)
-    weights[:-1, 0] = ONE * np.diff(first, append=hits) - u - v
-    weights[:-1, 1] = u
-    weights[:-1, 2] = v
-    return weights
-
-
-def _padded(entry_starts: Int64) -> tuple[Int64, Int64]:
-    """Lay entries out in whole blocks per receiver, so that most of a sum is taken over rows of one length.
-
-    Returns:
-        The entry in each slot, E in the slots left over; and where each receiver's blocks start (n + 1,).
-    """
-    count = np.diff(entry_starts)
-    block_starts = np.concatenate([[0], np.cumsum(-(-count // _BLOCK))])
-    entry = np.full(block_starts[-1] * _BLOCK, entry_starts[-1])
-    shift = np.repeat(block_starts[:-1] * _BLOCK - entry_starts[:-1], count)
-    entry[np.arange(len(shift)) + shift] = np.arange(len(shift))
-    return entry, block_starts
-
-
-def _tinted_sums(weights: Float32, tint: Float32, rows: Float32) -> Float32:
-    """(n, C * 9) sums of rows (n, 3 * _BLOCK, C * 9), weighted, each channel by its tint (slots, C) as well."""
-    sums = np.empty((len(rows), rows.shape[2]), dtype=np.float32)
-    for channel, shade in enumerate(tint.T):
-        columns = slice(channel * _COEFFICIENTS, (channel + 1) * _COEFFICIENTS)
-        tinted = (weights * shade[:, None]).reshape(rows.shape[:2])
-        sums[:, columns] = np.einsum("nj,njc->nc", tinted, rows[:, :, columns])
-    return sums
+    counts = np.diff(starts)
+    longest_first = np.argsort(-counts, kind="stable")
+    start = starts[:-1][longest_first]
+    longer = len(counts) - np.cumsum(np.bincount(counts, minlength=1))  # runs that have a first, a second, ...
+    sums = np.zeros((len(counts), lit.shape[1]), dtype=np.float32)
+    rows = np.empty_like(sums)
+    for first in range(0, len(longer) - 1, _PLACES_AT_A_TIME):
+        places = np.arange(first, min(first + _PLACES_AT_A_TIME, len(longer) - 1))
+        at = places[:, None] + start  # past the end of a run there are others' sources, which are left out below
+        sources = source.take(at, mode="clip")
+        for place, runs in enumerate(longer[places]):
+            part = rows[:runs]
+            lit.take(sources[place, :runs], axis=0, out=part, mode="clip")
+            if weights is not None:
+                by_channel = part.reshape(runs, weights.shape[1], -1)
+                by_channel *= weights.take(at[place, :runs], axis=0)[:, :, None]
+            sums[:runs] += part
+    out = np.empty_like(sums)
+    out[longest_first] = sums
+    return out
 
 
 def _row_ids(rows: Float32) -> Int64:

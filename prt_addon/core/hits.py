@@ -3,28 +3,29 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from . import sh
-from .parallel import Progress, ignore_progress, run_chunks
+from .parallel import ALL_CORES, Workers
 from .raycast import Hits, RayScene
+from .spill import Spill, memory_of
 from .transport import Pattern, Receivers
 
 Float32 = npt.NDArray[np.float32]
 Packed = npt.NDArray[np.uint64]
+UInt32 = npt.NDArray[np.uint32]
 
 ONE = 0xFFFF
-"""A barycentric of one, in the fixed point hits are kept in: whole numbers add up alike in any order."""
-
-_NO_HIT = np.uint64(0xFFFFFFFFFFFFFFFF)
+"""A barycentric of one, in the fixed point that hits are kept in."""
 
 
 @dataclass(frozen=True)
 class KeptHits:
-    """Hits that return light, eight bytes each, sorted by receiver, then triangle, then barycentrics.
+    """Hits that return light, eight bytes each, in the order of the receivers and of the rays of each.
 
     samples: rays that were cast per receiver.
     starts: (N + 1,) int64; the hits of receiver x are `packed[starts[x]:starts[x + 1]]`.
@@ -38,18 +39,61 @@ class KeptHits:
     @property
     def nbytes(self) -> int:
         """Memory it occupies."""
-        return self.starts.nbytes + self.packed.nbytes
+        return memory_of(self.starts, self.packed)
 
     def __len__(self) -> int:
         return len(self.starts) - 1
 
 
-def unpacked(
-    packed: Packed,
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+class HitStore:
+    """The hits of many receivers in pieces, each of consecutive receivers: they are never copied into one array.
+
+    samples: rays that were cast per receiver.
+    pieces: in the order of the receivers. Where they are cut changes no result.
+    spill: where what belongs to the hits is kept.
+    """
+
+    def __init__(self, samples: int, budget: int) -> None:
+        """
+        Args:
+            samples: rays per receiver.
+            budget: bytes that may stay in memory; the hits beyond are kept on disk (see `spill`).
+        """
+        self.samples = samples
+        self.pieces: list[KeptHits] = []
+        self.spill = Spill(budget)
+
+    @classmethod
+    def of(cls, hits: KeptHits) -> HitStore:
+        """A store of one piece, all in memory."""
+        store = cls(hits.samples, sys.maxsize)
+        store.add(hits)
+        return store
+
+    def add(self, hits: KeptHits) -> None:
+        """Append the hits of the next receivers. Such as lie in a file already cost no memory."""
+        if hits.samples != self.samples:
+            raise ValueError(f"hits of {hits.samples} rays per receiver among those of {self.samples}")
+        self.pieces.append(KeptHits(hits.samples, hits.starts, self.spill.keep(hits.packed)))
+
+    @property
+    def count(self) -> int:
+        """Hits, of all receivers."""
+        return sum(len(piece.packed) for piece in self.pieces)
+
+    @property
+    def nbytes(self) -> int:
+        """Memory it occupies."""
+        return sum(piece.nbytes for piece in self.pieces)
+
+    def __len__(self) -> int:
+        return sum(map(len, self.pieces))
+
+
+def unpacked(packed: Packed) -> tuple[UInt32, UInt32, UInt32]:
     """Triangles and fixed-point barycentrics u, v of corners 1 and 2, (H,) each."""
-    bits = packed.view(np.int64)
-    return bits >> 32, (bits >> 16) & ONE, bits & ONE
+    barycentrics, triangle = np.asarray(packed).view("<u4").reshape(-1, 2).T
+    return triangle, barycentrics >> 16, barycentrics & ONE
 
 
 def trace(
@@ -58,8 +102,7 @@ def trace(
     samples: int,
     seed: int,
     returns: npt.NDArray[np.bool_],
-    progress: Progress = ignore_progress,
-    threads: int | None = None,
+    workers: Workers = ALL_CORES,
 ) -> tuple[Float32, KeptHits]:
     """Direct transport, the same bits as `transport.shadowed`, and what the blocked rays hit.
 
@@ -70,7 +113,7 @@ def trace(
         receivers: N points.
         samples, seed: the pattern of rays.
         returns: (T,) whether a triangle's front returns light.
-        progress, threads: see `run_chunks`.
+        workers: who does it.
 
     Returns:
         (N, 9) float32 direct transport, and the hits.
@@ -84,32 +127,31 @@ def trace(
         rays = pattern.rays(receivers[part])
         hits = scene.hits(rays.origins, rays.directions)
         direct[part] = pattern.project(hits.triangle < 0, rays.frames)
-        kept = np.sort(_packed(hits, returns).reshape(-1, samples), axis=1)
-        is_hit = kept != _NO_HIT
-        starts[part.start + 1 : part.stop + 1] = np.count_nonzero(is_hit, axis=1)
-        chunks[part.start] = kept[is_hit]
+        keep = hits.front & (hits.triangle >= 0)
+        keep &= returns.take(hits.triangle, mode="clip")
+        starts[part.start + 1 : part.stop + 1] = np.count_nonzero(keep.reshape(-1, samples), axis=1)
+        chunks[part.start] = _packed(hits, np.flatnonzero(keep))
         return len(rays.origins)
 
-    run_chunks(len(receivers), pattern.chunk, work, progress, threads)
+    workers.run(len(receivers), pattern.chunk, work)
     np.cumsum(starts, out=starts)
     return direct, KeptHits(samples, starts, _joined(chunks, starts))
 
 
-def _packed(hits: Hits, returns: npt.NDArray[np.bool_]) -> Packed:
-    """Every ray's hit in eight bytes, `_NO_HIT` if it returns nothing."""
-    u = _fixed_point(hits.u)
-    v = np.minimum(_fixed_point(hits.v), ONE - u)
-    packed = hits.triangle.astype(np.int64) << 32
-    packed |= u << 16
-    packed |= v
-    keep = hits.front & (hits.triangle >= 0)
-    keep &= returns.take(hits.triangle, mode="clip")
-    return np.where(keep, packed.view(np.uint64), _NO_HIT)
+def _packed(hits: Hits, which: npt.NDArray[np.intp]) -> Packed:
+    """Some of the hits in eight bytes each."""
+    u = _fixed_point(hits.u.take(which))
+    v = np.minimum(_fixed_point(hits.v.take(which)), ONE - u)
+    packed = np.empty((len(which), 2), dtype="<u4")
+    packed[:, 0] = u << 16 | v
+    packed[:, 1] = hits.triangle.take(which)
+    return packed.reshape(-1).view(np.uint64)
 
 
-def _fixed_point(barycentric: Float32) -> npt.NDArray[np.int64]:
-    fixed: npt.NDArray[np.int64] = np.rint(np.clip(barycentric, 0.0, 1.0) * np.float32(ONE)).astype(np.int64)
-    return fixed
+def _fixed_point(barycentric: Float32) -> UInt32:
+    barycentric *= np.float32(ONE)
+    barycentric += np.float32(0.5)
+    return np.clip(barycentric, 0.0, ONE, out=barycentric).astype(np.uint32)
 
 
 def _joined(chunks: dict[int, Packed], starts: npt.NDArray[np.int64]) -> Packed:

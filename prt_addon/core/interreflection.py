@@ -8,7 +8,6 @@ import numpy as np
 import numpy.typing as npt
 
 from .gather import Gather
-from .parallel import Progress, ignore_progress
 
 Float32 = npt.NDArray[np.float32]
 
@@ -21,26 +20,24 @@ def interreflected(
     gather: Gather,
     bounces: int = 3,
     tolerance: float = 0.0,
-    progress: Progress = ignore_progress,
 ) -> Float32:
-    """Sum the series by `T <- T0 + G T`, which needs no more memory than one state.
+    """Sum the series term by term: each bounce carries only what the one before it returned.
 
     Args:
         direct: (N, 9) T0, what arrives without a bounce.
         gather: G.
         bounces: how often light bounces, if tolerance is 0.
         tolerance: if above 0, stop once no coefficient changes by as much; `bounces` is ignored.
-        progress: called with 0 between chunks; may raise Cancelled.
 
     Returns:
         (N, 9, 3) float32, RGB.
     """
-    start = np.broadcast_to(direct[:, None, :], (len(direct), gather.channels, direct.shape[1]))
-    transport = start
+    term = np.broadcast_to(direct[:, None, :], (len(direct), gather.channels, direct.shape[1]))
+    transport = term.copy()
     for _ in range(MAX_BOUNCES if tolerance > 0.0 else bounces):
-        before, transport = transport, gather(transport, progress)
-        transport += start
-        if tolerance > 0.0 and np.abs(transport - before).max() < tolerance:
+        term = gather(term)
+        transport += term
+        if tolerance > 0.0 and np.abs(term).max(initial=0.0) < tolerance:
             break
     rgb = np.broadcast_to(transport, (len(direct), 3, direct.shape[1]))
     return np.ascontiguousarray(rgb.transpose(0, 2, 1))

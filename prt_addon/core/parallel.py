@@ -7,6 +7,7 @@ import os
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
 
 Progress = Callable[[int], None]
 """Called in the baking thread with the number of rays done since the last call; may raise Cancelled."""
@@ -16,41 +17,48 @@ def ignore_progress(_rays: int) -> None:
     """The progress of someone who does not watch."""
 
 
-def run_chunks(
-    count: int,
-    chunk: int,
-    work: Callable[[slice], int],
-    progress: Progress = ignore_progress,
-    threads: int | None = None,
-) -> None:
-    """Run `work` over slices that cover range(count).
+@dataclass(frozen=True)
+class Workers:
+    """Threads that share the work, and who watches them: nothing that a result depends on.
 
-    Chunks write to places of their own, so the result does not depend on their size, order or thread. The ray
-    caster and NumPy release the GIL: threads scale.
-
-    Args:
-        count: number of items.
-        chunk: items per call.
-        work: called with a slice, in any thread; returns the rays it cast, which `progress` is told.
-        progress: called in this thread; what it raises stops the work and comes out here.
-        threads: pool size; all cores if None.
+    threads: how many; all cores if None or 0.
+    progress: called in the thread that gives the work; what it raises stops the work and comes out there.
     """
-    workers = threads or os.cpu_count() or 1
-    starts = iter(range(0, count, chunk))
-    pending: deque[Future[int]] = deque()
-    with ThreadPoolExecutor(workers, thread_name_prefix="prt-bake") as pool:
 
-        def submit_next() -> None:
-            for start in starts:
-                pending.append(pool.submit(work, slice(start, min(start + chunk, count))))
-                return
+    threads: int | None = None
+    progress: Progress = ignore_progress
 
-        for _ in range(2 * workers):  # enough to keep the pool fed, few enough to stop soon
-            submit_next()
-        try:
-            while pending:
-                progress(pending.popleft().result())
+    def run(self, count: int, chunk: int, work: Callable[[slice], int]) -> None:
+        """Run `work` over slices that cover range(count).
+
+        Chunks write to places of their own, so the result does not depend on their size, order or thread. The ray
+        caster and NumPy release the GIL: threads scale.
+
+        Args:
+            count: number of items.
+            chunk: items per call.
+            work: called with a slice, in any thread; returns the rays it cast, which `progress` is told.
+        """
+        threads = self.threads or os.cpu_count() or 1
+        starts = iter(range(0, count, chunk))
+        pending: deque[Future[int]] = deque()
+        with ThreadPoolExecutor(threads, thread_name_prefix="prt-bake") as pool:
+
+            def submit_next() -> None:
+                for start in starts:
+                    pending.append(pool.submit(work, slice(start, min(start + chunk, count))))
+                    return
+
+            for _ in range(2 * threads):  # enough to keep the pool fed, few enough to stop soon
                 submit_next()
-        finally:
-            for future in pending:
-                future.cancel()
+            try:
+                while pending:
+                    self.progress(pending.popleft().result())
+                    submit_next()
+            finally:
+                for future in pending:
+                    future.cancel()
+
+
+ALL_CORES = Workers()
+"""All cores, and nobody who watches."""

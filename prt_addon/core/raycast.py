@@ -8,11 +8,13 @@ crashes the interpreter), coordinates near the origin.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from .errors import MeshError, RayCasterMissing
+from .parallel import Progress, ignore_progress
 
 try:
     from embreex.mesh_construction import TriangleMesh
@@ -31,6 +33,10 @@ concave vertices out of their crease and leaves 7 % RMS error at any ray count."
 
 SMALLEST_SKIP = 1e-5
 """The same, as a share of the whole scene's radius: below it float32 hits the surface the ray starts on."""
+
+
+_BLOCK = 1 << 14
+"""Triangles that are handed over at once: embreex lets no other thread run meanwhile, and Blender's window would freeze."""
 
 
 def is_available() -> bool:
@@ -60,11 +66,14 @@ class Hits:
 class RayScene:
     """Triangles to shoot at, centred and scaled to a unit sphere so that float32 has its best precision."""
 
-    def __init__(self, vertices: Float64, triangles: npt.NDArray[np.int32]) -> None:
+    def __init__(
+        self, vertices: Float64, triangles: npt.NDArray[np.int32], progress: Progress = ignore_progress
+    ) -> None:
         """
         Args:
             vertices: (V, 3) finite coordinates in any unit.
             triangles: (T, 3) vertex indices, counter-clockwise seen from the front.
+            progress: called now and then, with no rays; may raise Cancelled.
 
         Raises:
             RayCasterMissing: if embreex is not installed.
@@ -79,11 +88,11 @@ class RayScene:
         self.centre: Float64 = (low + high) / 2.0
         self.radius = float(np.linalg.norm(high - low)) / 2.0 or 1.0
         self._scene = EmbreeScene(robust=True)
-        self._mesh = TriangleMesh(
-            self._scene,
-            np.ascontiguousarray(self.normalised(vertices), dtype=np.float32),
-            np.ascontiguousarray(triangles, dtype=np.int32),
-        )
+        points = self.normalised(vertices).astype(np.float32)
+        self._blocks = []
+        for start in range(0, len(triangles), _BLOCK):
+            self._blocks.append(_mesh(self._scene, points, triangles[start : start + _BLOCK]))
+            progress(0)
 
     def normalised(self, points: Float64) -> Float64:
         """World points to the scene's own unit sphere, where rays are given."""
@@ -104,7 +113,11 @@ class RayScene:
         self._check(origins, directions)
         found = self._scene.run(origins, directions, output=True)
         front = np.einsum("ij,ij->i", found["Ng"], directions) < 0.0
-        return Hits(found["primID"], found["u"], found["v"], front)
+        triangle = found["geomID"]
+        triangle *= _BLOCK
+        triangle += found["primID"]
+        np.maximum(triangle, -1, out=triangle)
+        return Hits(triangle, found["u"], found["v"], front)
 
     @staticmethod
     def _check(origins: Float32, directions: Float32) -> None:
@@ -113,3 +126,9 @@ class RayScene:
                 raise ValueError("rays must be C-contiguous float32 arrays of shape (N, 3)")
         if len(origins) != len(directions):
             raise ValueError(f"{len(origins)} origins for {len(directions)} directions")
+
+
+def _mesh(scene: Any, points: Float32, triangles: npt.NDArray[np.int32]) -> Any:
+    """Hand over some triangles with the points that they use."""
+    used, corners = np.unique(triangles, return_inverse=True)
+    return TriangleMesh(scene, points[used], corners.reshape(-1, 3).astype(np.int32))

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import sh
-from .parallel import Progress, ignore_progress, run_chunks
+from .parallel import ALL_CORES, Workers
 from .raycast import RayScene
 from .rotation import rotate_order2
 from .sampling import cosine_fibonacci, random_azimuths, tangent_frames
@@ -21,6 +21,7 @@ Float32 = npt.NDArray[np.float32]
 Float64 = npt.NDArray[np.float64]
 
 _RAYS_AT_A_TIME = 1 << 17  # a few MB per thread: inside the cache, yet long enough to hide the calls
+_NORMALS_AT_A_TIME = 1 << 14
 _FIXED_POINT = 2.0**30
 
 
@@ -47,19 +48,28 @@ class Receivers:
         return Receivers(self.points[part], self.normals[part], self.ids[part], self.skips[part])
 
 
-def unshadowed(normals: Float64, order: int = sh.ORDER) -> Float32:
+def unshadowed(normals: Float64, order: int = sh.ORDER, workers: Workers = ALL_CORES) -> Float32:
     """Transport of open receivers, in closed form: `T_lm = A_l / pi * Y_lm(n)`.
 
     Ramamoorthi & Hanrahan 2001, equation 12, with the Lambertian 1/pi.
 
     Args:
         normals: (N, 3) unit vectors.
+        order: highest band.
+        workers: who does it.
 
     Returns:
         (N, (order + 1)**2) float32.
     """
     factors = sh.per_coefficient(sh.cosine_lobe(order)) / np.pi
-    return (sh.basis(normals, order) * factors).astype(np.float32)
+    out = np.empty((len(normals), len(factors)), dtype=np.float32)
+
+    def work(part: slice) -> int:
+        np.multiply(sh.basis(normals[part], order), factors, out=out[part])
+        return 0
+
+    workers.run(len(normals), _NORMALS_AT_A_TIME, work)
+    return out
 
 
 def shadowed(
@@ -67,8 +77,7 @@ def shadowed(
     receivers: Receivers,
     samples: int,
     seed: int = 0,
-    progress: Progress = ignore_progress,
-    threads: int | None = None,
+    workers: Workers = ALL_CORES,
 ) -> Float32:
     """Self-shadowed transport by cosine-weighted rays.
 
@@ -77,7 +86,7 @@ def shadowed(
         receivers: N points.
         samples: rays per receiver.
         seed: another pattern of noise; the result is a function of (scene, receivers, samples, seed) alone.
-        progress: see `run_chunks`.
+        workers: who does it.
 
     Returns:
         (N, 9) float32, order 2.
@@ -90,7 +99,7 @@ def shadowed(
         out[part] = pattern.project(scene.visible(rays.origins, rays.directions), rays.frames)
         return len(rays.origins)
 
-    run_chunks(len(receivers), pattern.chunk, work, progress, threads)
+    workers.run(len(receivers), pattern.chunk, work)
     return out
 
 

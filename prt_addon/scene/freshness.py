@@ -17,19 +17,24 @@ import bpy
 from ..core.bake import BakeSettings
 from .gather import survey
 from .modes import object_mode
-from .record import BakeRecord, Evidence, read_record, same_transform, transform_of
+from .record import FORMAT_VERSION, BakeRecord, Evidence, read_record, same_transform, transform_of
 from .settings import MODES, SPACES
 from .transport_layers import is_baked
 
-State = Literal["FRESH", "STALE", "NEVER", "UNKNOWN", "UNCHECKED"]
+State = Literal["FRESH", "STALE", "NEVER", "UNKNOWN", "NEWER", "UNCHECKED"]
 Cause = Literal["GEOMETRY", "MOVED", "OTHERS", "COLOURS", "SETTINGS"]
 
 _HEADLINES: dict[State, str] = {
     "NEVER": "never baked",
-    "UNKNOWN": "baked by an older version",
+    "UNKNOWN": "of unknown origin",
+    "NEWER": "baked by a newer version",
     "UNCHECKED": "baked, not checked",
     "FRESH": "fresh",
     "STALE": "stale",
+}
+_ADVICE: dict[State, str] = {
+    "UNKNOWN": "bake again to be able to check",
+    "NEWER": "use a newer version of PRT Relight",
 }
 _PHRASES: dict[Cause, str] = {
     "GEOMETRY": "its geometry changed",
@@ -45,7 +50,8 @@ _UNUSED = {"UNSHADOWED": {"samples", "seed", "bounces", "tolerance"}, "SHADOWED"
 class Freshness:
     """How it stands with the bake of one object.
 
-    state: NEVER baked, UNKNOWN because an older version baked it, UNCHECKED (only `glance`), FRESH or STALE.
+    state: NEVER baked, UNKNOWN because an older version or another program baked it, NEWER because a newer version
+        did, UNCHECKED (only `glance`), FRESH or STALE.
     causes: why it is stale, as phrases.
     """
 
@@ -56,7 +62,7 @@ class Freshness:
     @property
     def lines(self) -> list[str]:
         """What to tell a person: a headline, and then what there is to say about it."""
-        details = ["bake again to be able to check"] if self.state == "UNKNOWN" else self.causes.values()
+        details = [_ADVICE[self.state]] if self.state in _ADVICE else self.causes.values()
         return [_HEADLINES[self.state], *details]
 
     @property
@@ -93,6 +99,14 @@ def freshness(
         return [glance(context, ob, settings) for ob in objects]
 
 
+def note_baked(objects: Iterable[bpy.types.Object]) -> None:
+    """Objects were baked just now: what a check would find is known without looking."""
+    for ob in objects:
+        record = _checkable(ob)
+        if record:
+            _found[ob.session_uid] = record, frozenset()
+
+
 def glance(context: bpy.types.Context, ob: bpy.types.Object, settings: BakeSettings | None = None) -> Freshness:
     """What can be told of an object without reading its mesh: cheap enough to be drawn.
 
@@ -103,7 +117,7 @@ def glance(context: bpy.types.Context, ob: bpy.types.Object, settings: BakeSetti
     if record is None:
         return Freshness(ob.name, "NEVER")
     if record.fingerprint is None:
-        return Freshness(ob.name, "UNKNOWN")
+        return Freshness(ob.name, "NEWER" if record.version > FORMAT_VERSION else "UNKNOWN")
     judged, found = _found.get(ob.session_uid, (None, frozenset[Cause]()))
     checked = judged == record  # another bake since then is another matter
     causes: set[Cause] = set(found) if checked else set()
@@ -124,9 +138,12 @@ def glance(context: bpy.types.Context, ob: bpy.types.Object, settings: BakeSetti
 
 def _record(ob: bpy.types.Object) -> BakeRecord | None:
     """The record of an object's bake, which counts only with its layers; they count without it, as of unknown origin."""
-    if ob.type != "MESH" or not is_baked(ob.data):
+    if ob.type != "MESH":
         return None
-    return read_record(ob.data) or BakeRecord(BakeSettings(), "SCENE")
+    record = read_record(ob.data)
+    if record and record.version > FORMAT_VERSION:  # whose layers nobody knows
+        return record
+    return (record or BakeRecord(BakeSettings(), "SCENE")) if is_baked(ob.data) else None
 
 
 def _checkable(ob: bpy.types.Object) -> BakeRecord | None:

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from ..core.albedo import Albedo
 from ..core.bake import Occluders, ReceiverGroup
+from ..core.digest import digest
 from ..core.errors import MeshError
 from .albedo import SurfaceAlbedo, read_albedo
 from .cycles_colour import remember_instances
@@ -32,6 +33,7 @@ class BakePlan:
     occluders: of all receivers that have none of their own.
     warnings: sentences for the person.
     evidence: of each of the receivers, what its bake depends on.
+    fingerprint: of all that rays depend on, the settings apart.
     """
 
     receivers: list[ObjectReceivers]
@@ -39,6 +41,7 @@ class BakePlan:
     occluders: Occluders
     warnings: list[str]
     evidence: list[Evidence]
+    fingerprint: str
 
     @property
     def groups(self) -> list[ReceiverGroup]:
@@ -128,6 +131,7 @@ def gather(
             )
             for ob, read in zip(objects, chosen, strict=True)
         ],
+        fingerprint=_fingerprint([*chosen, *(read for read in others if read.receivers)], crowd),
     )
 
 
@@ -229,6 +233,17 @@ def _read_others(
             instance.object.to_mesh_clear()
             if np.isfinite(found.surface.vertices).all():
                 yield (None if instance.is_instance else ob), found
+
+
+def _fingerprint(receiving: Iterable[_Read], crowd: Crowd) -> str:
+    """Of those that receive light, in the order of the plan, and of all that blocks it. Colours play no part."""
+    parts = [f"{crowd.occluders:x}".encode()]
+    for read in receiving:
+        if read.receivers:
+            own = read.identity
+            baked_for = "OBJECT" if read.receivers.group.own else "SCENE"
+            parts += [baked_for.encode(), own.shape, own.normals, own.placement]
+    return digest(*parts).hex()
 
 
 def _unseen(view_layer: bpy.types.ViewLayer, chosen: set[bpy.types.Object]) -> Iterator[str]:

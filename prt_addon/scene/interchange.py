@@ -12,26 +12,30 @@ import numpy.typing as npt
 from ..core import games202
 from ..core.bake import BakeSettings
 from ..core.errors import MeshError
+from ..core.rotation import rotation_matrix
 from . import light, transport_layers
 from .meshes import index_array
+from .record import check_version
 
 LIGHT_FILE, TRANSPORT_FILE = "light.txt", "transport.txt"
 
 
 def export_files(ob: bpy.types.Object, world: bpy.types.World, directory: Path) -> None:
-    """Write the light as it is turned now, and the transport of the mesh, one row per corner of its triangles.
+    """Write the light and the transport as both are turned now, one row per corner of the mesh's triangles.
 
     The files have one number per coefficient: coloured transport is averaged over its channels.
 
     Raises:
         MeshError: if the mesh is not baked.
+        VersionError: if a newer version baked it.
         LightError, OSError: if there is no light, or the folder cannot be written.
     """
+    check_version(ob)
     if not transport_layers.is_baked(ob.data):
         raise MeshError(f"Object '{ob.name}' is not baked: bake it, then export.")
     corners, vertices = _triangle_corners(ob.data)
     elements = vertices if ob.data.attributes[transport_layers.LAYERS[0]].domain == "POINT" else corners
-    rows = transport_layers.read(ob.data).mean(axis=2, dtype=np.float64)[elements]
+    rows = transport_layers.read(ob.data).mean(axis=2, dtype=np.float64)[elements] @ _to_world(ob).T
     directory.mkdir(parents=True, exist_ok=True)
     games202.write_light(directory / LIGHT_FILE, light.shown_light(world))
     games202.write_transport(directory / TRANSPORT_FILE, rows, len(ob.data.vertices))
@@ -44,8 +48,10 @@ def import_files(ob: bpy.types.Object, world: bpy.types.World, directory: Path) 
         In which of the two scales in circulation the transport was.
 
     Raises:
+        LightError, VersionError: if the world cannot carry the light.
         InterchangeError, OSError: if a file is missing, broken or made for another mesh; nothing was changed.
     """
+    light.check_world(world)
     corners, _ = _triangle_corners(ob.data)
     coefficients = games202.read_light(directory / LIGHT_FILE)
     rows, flavour = games202.read_transport(directory / TRANSPORT_FILE, len(corners))
@@ -55,6 +61,14 @@ def import_files(ob: bpy.types.Object, world: bpy.types.World, directory: Path) 
     transport_layers.write(ob.data, "CORNER", transport, np.arange(len(transport)), settings)
     light.write_still_light(world, coefficients)
     return flavour
+
+
+def _to_world(ob: bpy.types.Object) -> npt.NDArray[np.float64]:
+    """(9, 9) matrix that takes the coefficients on a baked object into the world's axes."""
+    if transport_layers.space_of(ob.data) == "SCENE":
+        return np.eye(len(transport_layers.LAYERS))
+    axes = np.array(ob.matrix_world)[:3, :3]
+    return rotation_matrix(axes / np.linalg.norm(axes, axis=0))
 
 
 def _triangle_corners(mesh: bpy.types.Mesh) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.int32]]:

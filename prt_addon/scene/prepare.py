@@ -17,7 +17,9 @@ import bpy
 
 from ..core.errors import MeshError
 from . import transport_layers
+from .libraries import check_own
 from .meshes import same_topology
+from .record import check_version
 
 
 @dataclass(frozen=True)
@@ -56,8 +58,8 @@ class OwnMeshes:
 def check_bakeable(ob: bpy.types.Object, evaluated: bpy.types.Mesh, allowed: Preparation = NOTHING) -> None:
     """Raises MeshError, saying what to do, unless `ob` has, or may be given, a mesh that can hold its transport."""
     mesh = ob.data
-    if not mesh.is_editable:
-        raise MeshError(f"Mesh '{mesh.name}' of '{ob.name}' is linked from a library: make it local, then bake.")
+    check_own(mesh, f"Mesh '{mesh.name}' of '{ob.name}'", "bake", MeshError)
+    check_version(ob)
     keeps_topology = same_topology(mesh, evaluated)
     if keeps_topology and not allowed.make_single_user:
         _check_single_user(ob)

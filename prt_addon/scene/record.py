@@ -22,7 +22,8 @@ from ..core.albedo import TexturePatch
 from ..core.bake import BakeSettings
 from ..core.digest import digest
 from .albedo import SurfaceAlbedo
-from .meshes import index_array
+from .meshes import face_starts
+from .versions import refuse_newer, version_of
 
 RECORD = "prt_bake"
 FORMAT_VERSION = 1
@@ -133,12 +134,14 @@ class Evidence:
 class BakeRecord:
     """A bake that a mesh carries.
 
+    version: of its format; 0 if it is of unknown origin.
     elements: vertices and face corners of the mesh then.
-    fingerprint: None if an older version baked it.
+    fingerprint: None if another version baked it, or another program.
     """
 
     settings: BakeSettings
     space: str
+    version: int = 0
     elements: tuple[int, ...] = ()
     fingerprint: Fingerprint | None = None
 
@@ -169,9 +172,8 @@ def same_transform(one: tuple[float, ...], other: tuple[float, ...]) -> bool:
 
 def identity(mesh: bpy.types.Mesh, matrix: npt.ArrayLike, albedo: SurfaceAlbedo | None = None) -> Identity:
     """Digests of an evaluated mesh under a matrix."""
-    faces = index_array(mesh.polygons, "loop_start")
     return Identity(
-        shape=digest(_layer(mesh, "position"), _layer(mesh, ".corner_vert"), faces),
+        shape=digest(_layer(mesh, "position"), _layer(mesh, ".corner_vert"), face_starts(mesh)),
         normals=digest(*_normal_sources(mesh)),
         placement=digest(np.asarray(matrix, dtype=np.float32) + np.float32(0.0)),  # -0 becomes 0
         colours=digest(*_colour_sources(albedo)) if albedo else b"",
@@ -189,19 +191,27 @@ def write_record(
     mesh[RECORD] = record
 
 
+def check_version(ob: bpy.types.Object) -> None:
+    """Raises VersionError if a newer version baked an object: its transport is neither read, changed nor removed."""
+    refuse_newer(f"Object '{ob.name}' was baked", version_of(ob.data.get(RECORD)), FORMAT_VERSION)
+
+
 def read_record(mesh: bpy.types.Mesh) -> BakeRecord | None:
-    """The record of a mesh, if it has one; without its fingerprint if that is of another version."""
+    """The record of a mesh, if it has one; of another version than this one, what can be told."""
     stored = mesh.get(RECORD)
     if stored is None:
         return None
+    version = version_of(stored)
+    if not 0 < version <= FORMAT_VERSION:
+        return BakeRecord(BakeSettings(), "SCENE", version)
     names = {field.name for field in fields(BakeSettings)}
     settings = BakeSettings(**{name: stored[name] for name in names if name in stored})
     space = stored.get("space", "SCENE")
     found = stored.get(_FINGERPRINT)
-    if stored.get("version") != FORMAT_VERSION or found is None:
-        return BakeRecord(settings, space)
+    if version != FORMAT_VERSION or found is None:
+        return BakeRecord(settings, space, version)
     fingerprint = Fingerprint(found["geometry"], tuple(found["transform"]), found["others"], found["colours"])
-    return BakeRecord(settings, space, tuple(stored["elements"]), fingerprint)
+    return BakeRecord(settings, space, version, tuple(stored["elements"]), fingerprint)
 
 
 def _normal_sources(mesh: bpy.types.Mesh) -> Iterator[bytes | Array]:

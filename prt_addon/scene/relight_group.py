@@ -11,28 +11,57 @@ from math import sqrt
 
 import bpy
 
+from .libraries import is_own
 from .light import LIGHT, STRENGTH, TURN
 from .nodes import Graph
 from .transport_layers import LAYERS, SPACE_LAYER
+from .versions import refuse_newer, version_of
 
 GROUP = "PRT Relight"
 GROUP_VERSION = 1
+_VERSION = "prt_version"
 
 
 def relight_group() -> bpy.types.NodeTree:
-    """The node group of this version, built on first use and shared by all materials."""
-    for tree in bpy.data.node_groups:
-        if tree.get("prt_version") == GROUP_VERSION and tree.library is None:
-            return tree
-    tree = bpy.data.node_groups.new(GROUP, "ShaderNodeTree")
-    tree["prt_version"] = GROUP_VERSION
-    _build(tree)
-    return tree
+    """The node group of this version, built on first use and shared by all materials.
+
+    It takes the place of older ones, and of copies of itself, which appended materials bring along.
+    """
+    own = [tree for tree in bpy.data.node_groups if is_relight_group(tree) and is_own(tree)]
+    current = next((tree for tree in own if _version(tree) == GROUP_VERSION), None) or _built()
+    for tree in own:
+        if tree != current and _version(tree) <= GROUP_VERSION:
+            tree.user_remap(current)
+            bpy.data.node_groups.remove(tree)
+    return current
 
 
 def is_relight_group(tree: bpy.types.NodeTree | None) -> bool:
     """Whether a node group is ours, of whatever version."""
-    return tree is not None and "prt_version" in tree
+    return tree is not None and _VERSION in tree
+
+
+def is_newer(tree: bpy.types.NodeTree) -> bool:
+    """Whether one of our node groups is of a newer version, whose sockets nobody knows."""
+    return _version(tree) > GROUP_VERSION
+
+
+def check_version(material: bpy.types.Material) -> None:
+    """Raises VersionError if a newer version relights a material."""
+    for node in material.node_tree.nodes if material.node_tree else ():
+        if node.bl_idname == "ShaderNodeGroup" and is_relight_group(node.node_tree):
+            refuse_newer(f"Material '{material.name}' is relit", _version(node.node_tree), GROUP_VERSION)
+
+
+def _version(tree: bpy.types.NodeTree) -> int:
+    return version_of(tree, _VERSION)
+
+
+def _built() -> bpy.types.NodeTree:
+    tree = bpy.data.node_groups.new(GROUP, "ShaderNodeTree")
+    tree[_VERSION] = GROUP_VERSION
+    _build(tree)
+    return tree
 
 
 def _build(tree: bpy.types.NodeTree) -> None:

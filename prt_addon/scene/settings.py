@@ -1,11 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Settings, defined once: as a scene's property group, and as the properties of the operators that use them."""
 
-import bpy
-from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
+from pathlib import Path
+from typing import Any
 
-from ..core.bake import BakeSettings
+import bpy
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
+
+from ..core.bake import MEMORY, BakeSettings, Run
+from ..core.errors import PRTError
+from ..core.sh import ORDER
 from .prepare import Preparation
+from .projection import Windowing
+
+_MIB = 1 << 20
 
 MODES = [
     ("UNSHADOWED", "Unshadowed", "Light by direction only, in closed form: no rays, no shadows"),
@@ -72,8 +80,69 @@ class PrepareProperties:
     )
 
 
-class PRT_PG_settings(BakeProperties, PrepareProperties, bpy.types.PropertyGroup):
+class MemoryProperties:
+    """Mixin of what light that bounces may occupy."""
+
+    memory: IntProperty(  # type: ignore[valid-type]
+        name="Memory",
+        description="Mebibytes of ray hits that an interreflected bake keeps in memory; what exceeds them lies in "
+        "temporary files, which is slower and changes no result",
+        default=MEMORY // _MIB,
+        min=0,
+        soft_min=256,
+        soft_max=1 << 16,
+    )
+
+
+class RunProperties(MemoryProperties):
+    """Mixin of how a bake is carried out, which its result does not depend on."""
+
+    checkpoint_dir: StringProperty(  # type: ignore[valid-type]
+        name="Checkpoints",
+        description="Folder that keeps what rays have found so far: a bake that was stopped or killed continues from "
+        "there with the same result. None if empty; delete its files when they are of no more use",
+        default="",
+        subtype="DIR_PATH",
+        options={"PATH_SUPPORTS_BLEND_RELATIVE"},
+    )
+
+
+WINDOWS = [
+    (
+        "NONE",
+        "None",
+        "The nine coefficients as they are: closest to the sky, but bright suns leave negative light opposite",
+    ),
+    ("HANN", "Hann", "Soften band 1 a little and band 2 more, in a cosine's shape"),
+    ("LANCZOS", "Lanczos", "Soften, in the shape of sin(x) / x: milder than Hann"),
+    ("AUTO", "Automatic", "The mildest Hann window that leaves no negative light, whatever the cutoff"),
+]
+
+
+class LightProperties:
+    """Mixin of how the world is projected."""
+
+    window: EnumProperty(  # type: ignore[valid-type]
+        name="Window", description="What is done against ringing, when the world is projected", items=WINDOWS
+    )
+    cutoff: FloatProperty(  # type: ignore[valid-type]
+        name="Cutoff",
+        description="The band at which the window reaches zero; less is softer",
+        default=ORDER + 1.0,
+        min=1.0,
+        soft_max=10.0,
+    )
+
+
+class PRT_PG_settings(BakeProperties, PrepareProperties, RunProperties, LightProperties, bpy.types.PropertyGroup):
     """Settings of the extension, stored with the scene."""
+
+    auto_light: BoolProperty(  # type: ignore[valid-type]
+        name="Auto",
+        description="Project the world again when its pictures or nodes change. Its rotation and strength are followed live "
+        "anyway, without a new projection",
+        default=True,
+    )
 
 
 class PRT_PG_object(bpy.types.PropertyGroup):
@@ -89,17 +158,47 @@ class PRT_PG_object(bpy.types.PropertyGroup):
 
 def bake_settings(scene: bpy.types.Scene, operator: bpy.types.Operator) -> BakeSettings:
     """The operator's own properties where they were given, the scene's where not."""
-    return BakeSettings(**_values(BakeProperties, scene, operator))  # type: ignore[arg-type]
+    return BakeSettings(**_values(BakeProperties, scene, operator))
 
 
 def preparation(scene: bpy.types.Scene, operator: bpy.types.Operator) -> Preparation:
     """What may be done to meshes: the operator's own properties where they were given, the scene's where not."""
-    return Preparation(**_values(PrepareProperties, scene, operator))  # type: ignore[arg-type]
+    return Preparation(**_values(PrepareProperties, scene, operator))
 
 
-def _values(mixin: type, scene: bpy.types.Scene, operator: bpy.types.Operator) -> dict[str, object]:
-    given = operator.properties.is_property_set
-    return {name: getattr(operator if given(name) else scene.prt, name) for name in mixin.__annotations__}
+def windowing(scene: bpy.types.Scene, operator: bpy.types.Operator) -> Windowing:
+    """What to do against ringing: the operator's own properties where they were given, the scene's where not."""
+    return Windowing(**_values(LightProperties, scene, operator))
+
+
+def run_settings(scene: bpy.types.Scene, operator: bpy.types.Operator) -> Run:
+    """How a bake is carried out."""
+    return Run(memory=_value("memory", scene, operator) * _MIB)
+
+
+def checkpoints(scene: bpy.types.Scene, operator: bpy.types.Operator) -> Path | None:
+    """The folder of the checkpoints, if any are wanted."""
+    path = _value("checkpoint_dir", scene, operator)
+    return absolute_folder(path) if path else None
+
+
+def absolute_folder(path: str) -> Path:
+    """The folder of a path that may be relative to the file.
+
+    Raises:
+        PRTError: if it is, and the file was never saved.
+    """
+    if path.startswith("//") and not bpy.data.filepath:
+        raise PRTError(f"Folder '{path}' is relative to a file that was never saved: save it, or give a whole path.")
+    return Path(bpy.path.abspath(path))
+
+
+def _values(mixin: type, scene: bpy.types.Scene, operator: bpy.types.Operator) -> dict[str, Any]:
+    return {name: _value(name, scene, operator) for name in mixin.__annotations__}
+
+
+def _value(name: str, scene: bpy.types.Scene, operator: bpy.types.Operator) -> Any:
+    return getattr(operator if operator.properties.is_property_set(name) else scene.prt, name)
 
 
 _GROUPS = ((PRT_PG_settings, bpy.types.Scene), (PRT_PG_object, bpy.types.Object))

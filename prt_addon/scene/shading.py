@@ -12,30 +12,56 @@ from collections.abc import Iterable, Iterator
 import bpy
 
 from ..core.errors import MeshError
+from .libraries import check_own
 from .nodes import HAD_NO_NODES, diffuse_colour, feeding_socket, uses_nodes
-from .relight_group import is_relight_group, relight_group
+from .relight_group import check_version, is_newer, is_relight_group, relight_group
 from .transport_layers import is_baked
 
 OUTPUT = "PRT Output"
 MADE = "prt_made"
 """Custom property of a material that we made for an object that had none."""
+_ADD = "add the shading"
 _WERE_ACTIVE = "prt_were_active"
 _SLOT_ADDED = "prt_slot_added"
 
 
 def materials_of(objects: Iterable[bpy.types.Object]) -> list[bpy.types.Material]:
     """All materials in the objects' slots, each once, in order."""
-    found = {slot.material: None for ob in objects for slot in ob.material_slots if slot.material}
-    return list(found)
+    return [material for material, _ in _first_users(objects)]
 
 
 def check_materials(objects: Iterable[bpy.types.Object]) -> None:
-    """Raises MeshError for the first material that cannot be changed."""
-    for material in materials_of(objects):
-        if not material.is_editable:
-            raise MeshError(
-                f"Material '{material.name}' is linked from a library: make it local, then add the shading."
-            )
+    """Raises MeshError for the first material, or mesh that lacks one, that cannot be changed; VersionError for the
+    first that a newer version relights.
+    """
+    objects = list(objects)
+    for ob in objects:
+        if not ob.material_slots or any(slot.material is None for slot in ob.material_slots):
+            check_own(ob.data, f"Mesh '{ob.data.name}' of '{ob.name}' needs a material, but", _ADD, MeshError)
+    for material, ob in _first_users(objects):
+        _check_material(material, ob, _ADD)
+
+
+def check_relit_materials(objects: Iterable[bpy.types.Object]) -> None:
+    """The same for the first material that is relit, and cannot be restored."""
+    for material, ob in _first_users(objects):
+        if any(our_nodes(material.node_tree)):
+            _check_material(material, ob, "remove the shading")
+
+
+def _first_users(objects: Iterable[bpy.types.Object]) -> list[tuple[bpy.types.Material, bpy.types.Object]]:
+    """Each material of the objects once, and the first of them that has it."""
+    found: dict[bpy.types.Material, bpy.types.Object] = {}
+    for ob in objects:
+        for slot in ob.material_slots:
+            if slot.material:
+                found.setdefault(slot.material, ob)
+    return list(found.items())
+
+
+def _check_material(material: bpy.types.Material, ob: bpy.types.Object, then: str) -> None:
+    check_own(material, f"Material '{material.name}' of '{ob.name}'", then, MeshError)
+    check_version(material)
 
 
 def add_shading(objects: Iterable[bpy.types.Object]) -> list[str]:
@@ -101,7 +127,8 @@ def follow_base_colour(material: bpy.types.Material) -> None:
     Textures and nodes are linked and need no following; a plain number cannot be linked, and a driver from a material
     to itself would be a dependency cycle.
     """
-    group = next((node for node in our_nodes(material.node_tree) if node.bl_idname == "ShaderNodeGroup"), None)
+    groups = (node for node in our_nodes(material.node_tree) if node.bl_idname == "ShaderNodeGroup")
+    group = next((node for node in groups if not is_newer(node.node_tree)), None)
     albedo = diffuse_colour(material.node_tree.get_output_node("CYCLES")) if group else None
     if albedo and uses_nodes(material):
         _feed_base_colour(material.node_tree, group, albedo)

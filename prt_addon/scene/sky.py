@@ -1,104 +1,255 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the sky of a world is: its node graph, read and checked."""
+"""What the sky of a world is: its node graph, read. What can be followed of it while it changes, and what cannot."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
 import bpy
 import numpy as np
 
-from ..core.errors import LightError
-from .nodes import feeding_socket
+from ..core.errors import LightError, PictureError
+from .images import missing
+from .nodes import feeding_socket, upstream
+
+_LOOKS_ALONG = {
+    "ShaderNodeTexEnvironment",
+    "ShaderNodeTexSky",
+    "ShaderNodeTexBrick",
+    "ShaderNodeTexChecker",
+    "ShaderNodeTexGabor",
+    "ShaderNodeTexGradient",
+    "ShaderNodeTexMagic",
+    "ShaderNodeTexNoise",
+    "ShaderNodeTexVoronoi",
+    "ShaderNodeTexWave",
+}
+"""Textures that look along the view where their Vector is not linked."""
+
+_KNOWS_DIRECTION = {
+    "ShaderNodeBevel",
+    "ShaderNodeBump",
+    "ShaderNodeCameraData",
+    "ShaderNodeFresnel",
+    "ShaderNodeLayerWeight",
+    "ShaderNodeNewGeometry",
+    "ShaderNodeNormalMap",
+    "ShaderNodeScript",
+    "ShaderNodeTexCoord",
+    "ShaderNodeTexIES",
+    "ShaderNodeVectorTransform",
+}
+"""Nodes whose value depends on the direction in a way of their own."""
 
 
 @dataclass(frozen=True)
-class EnvironmentSky:
-    """A world of Environment Texture -> Background: its nodes, and the Mapping node that turns it, if any."""
+class Sky:
+    """A world's sky, and what of it can be followed without looking at it again.
+
+    texture: the Environment Texture whose picture is all there is to see; None where Blender must evaluate the nodes.
+    mapping: the Mapping node that turns everything; None if there is none.
+    entry: where a Mapping node can be inserted: the one input that looks along the view; else None.
+    strength: the socket whose number scales everything; None if there is none.
+    still: why a turn cannot be followed; empty if it can, or once a node is inserted at `entry`.
+    """
 
     world: bpy.types.World
-    background: bpy.types.Node
-    texture: bpy.types.Node
+    texture: bpy.types.Node | None
     mapping: bpy.types.Node | None
+    entry: bpy.types.NodeSocket | None
+    strength: bpy.types.NodeSocket | None
+    still: str
 
     @property
-    def image(self) -> bpy.types.Image:
-        """The picture; `read_sky` made sure that there is one."""
-        return self.texture.image
+    def nodes(self) -> list[bpy.types.Node]:
+        """All nodes that can be seen, those in groups after the group."""
+        output = output_of(self.world)
+        return list(_all_nodes(output)) if output else []
+
+    @property
+    def images(self) -> list[bpy.types.Image]:
+        """All pictures among them."""
+        return list(dict.fromkeys(node.image for node in self.nodes if getattr(node, "image", None)))
+
+    @property
+    def following(self) -> str:
+        """What is followed and what is not, for the person; part of a sentence."""
+        told = self.still
+        if self.mapping:
+            told = f"its rotation is followed through '{self.mapping.name}'"
+        elif self.entry:
+            told = "its rotation is followed through the Mapping node that was inserted"
+        if self.strength:
+            return told
+        return f"{told}; its strength cannot be followed: that takes one Background node, with a number or a Value node"
 
 
-def read_sky(scene: bpy.types.Scene) -> EnvironmentSky:
-    """Read the graph of the scene's world.
+def read_sky(scene: bpy.types.Scene) -> Sky:
+    """Read the sky of the scene's world.
 
     Raises:
-        LightError: if it is not one that can be followed; the message says what to change.
+        LightError: if the scene has no world, or one that cannot be written to or lacks a picture.
+        PictureError: if the file of a picture is missing; the message names it.
     """
-    world = scene.world
-    if world is None:
-        raise LightError(f"Scene '{scene.name}' has no world: add one with an Environment Texture in World properties.")
-    background = _background(world)
-    colour = feeding_socket(background.inputs["Color"])
-    if colour is None or colour.node.bl_idname != "ShaderNodeTexEnvironment":
-        raise _not_an_environment(world)
-    texture = colour.node
-    if texture.image is None:
-        raise LightError(f"The Environment Texture of world '{world.name}' has no image: open an HDRI in it.")
-    if texture.projection != "EQUIRECTANGULAR":
-        raise LightError(
-            f"The Environment Texture of world '{world.name}' is a mirror ball: use an equirectangular image."
-        )
-    if feeding_socket(background.inputs["Strength"]) is not None:
-        raise LightError(
-            f"The Background's Strength in world '{world.name}' is fed by a node: unlink it and set a number."
-        )
-    return EnvironmentSky(world, background, texture, _mapping(world, texture))
+    if scene.world is None:
+        raise LightError(f"Scene '{scene.name}' has no world: add one in World properties.")
+    return read_world(scene.world)
 
 
-def _not_an_environment(world: bpy.types.World) -> LightError:
-    return LightError(
-        f"World '{world.name}' is not lit by an environment texture: connect an Environment Texture to the Color of "
-        "its Background node."
+def read_world(world: bpy.types.World) -> Sky:
+    """As `read_sky`, of one world, which may be an evaluated one."""
+    output = output_of(world)
+    surface = feeding_socket(output.inputs["Surface"]) if output else None
+    if surface is None:
+        return Sky(world, None, None, None, None, "it looks the same in all directions")
+    _check_pictures(world, output)
+    background = surface.node if surface.node.bl_idname == "ShaderNodeBackground" and not surface.node.mute else None
+    strength = _number(background.inputs["Strength"]) if background else None
+    mapping = next((node for node in upstream(output) if _turns(node) and not list(_lookups(output, node))), None)
+    lookups = [] if mapping else list(_lookups(output))
+    entry = lookups[0] if len(lookups) == 1 and lookups[0].node.id_data == world.node_tree else None
+    entry = entry if entry and _takes_a_mapping(entry) else None
+    still = "" if mapping or entry else _why_still(lookups)
+    texture = feeding_socket(background.inputs["Color"]) if background and strength else None
+    alone = texture is not None and _is_picture(texture.node, mapping, entry)
+    return Sky(world, texture.node if texture and alone else None, mapping, entry, strength, still)
+
+
+def output_of(world: bpy.types.World) -> bpy.types.Node | None:
+    """The World Output that EEVEE shows; None for a world without nodes, as there are before 5.0."""
+    return world.node_tree.get_output_node("EEVEE") if world.node_tree and world.use_nodes else None
+
+
+def _check_pictures(world: bpy.types.World, output: bpy.types.Node) -> None:
+    for node in _all_nodes(output):
+        if node.bl_idname not in {"ShaderNodeTexEnvironment", "ShaderNodeTexImage"}:
+            continue
+        image = node.image
+        if image is None:
+            raise LightError(f"'{node.name}' of world '{world.name}' has no image: open an HDRI in it.")
+        if image.source == "TILED":
+            raise PictureError(f"Image '{image.name}' consists of UDIM tiles: use a single picture.")
+        if image.source in {"MOVIE", "SEQUENCE"}:  # whose pixels are those of some frame
+            there = Path(bpy.path.abspath(image.filepath, library=image.library)).is_file()
+        else:
+            there = all(image.size)  # reading the size loads the file
+        if not there:
+            raise missing(image)
+
+
+def _all_nodes(node: bpy.types.Node) -> Iterator[bpy.types.Node]:
+    """A node and all that feed it, with those in groups."""
+    for source in upstream(node):
+        yield source
+        group = getattr(source, "node_tree", None)
+        inner = _group_output(group) if group else None
+        if inner:
+            yield from _all_nodes(inner)
+
+
+def _group_output(group: bpy.types.NodeTree) -> bpy.types.Node | None:
+    return next((node for node in group.nodes if node.bl_idname == "NodeGroupOutput" and node.is_active_output), None)
+
+
+def _number(socket: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
+    """The socket that holds the number of an input: itself, or that of a Value node that feeds nothing else."""
+    source = feeding_socket(socket)
+    if source is None:
+        return socket
+    only = source.node.bl_idname == "ShaderNodeValue" and len(_fed_by(source)) == 1
+    return source if only else None
+
+
+def _fed_by(output: bpy.types.NodeSocket) -> list[bpy.types.NodeSocket]:
+    """The inputs that an output feeds, seen through reroutes."""
+    fed = []
+    for link in output.links:
+        to = link.to_node
+        fed += _fed_by(to.outputs[0]) if to.bl_idname == "NodeReroute" else [link.to_socket]
+    return fed
+
+
+def _turns(node: bpy.types.Node) -> bool:
+    """Whether a node is a Mapping that turns the view, by numbers, and does nothing else."""
+    if node.bl_idname != "ShaderNodeMapping" or node.mute or not is_view(feeding_socket(node.inputs["Vector"])):
+        return False
+    inputs = {entry.name: entry for entry in node.inputs if entry.name != "Vector"}
+    rests = {"Location": (0.0, 0.0, 0.0), "Scale": (1.0, 1.0, 1.0)}
+    if node.vector_type in {"VECTOR", "NORMAL"}:
+        del rests["Location"]  # without effect
+    return not any(entry.is_linked for entry in inputs.values()) and all(
+        np.allclose(inputs[name].default_value, rest, atol=1e-6) for name, rest in rests.items()
     )
 
 
-def _background(world: bpy.types.World) -> bpy.types.Node:
-    tree = world.node_tree
-    output = tree.get_output_node("EEVEE") if tree and world.use_nodes else None
-    surface = feeding_socket(output.inputs["Surface"]) if output else None
-    if surface is None or surface.node.bl_idname != "ShaderNodeBackground":
-        raise _not_an_environment(world)
-    return surface.node
+def is_view(source: bpy.types.NodeSocket | None) -> bool:
+    """Whether a socket gives the direction of view, plainly."""
+    return source is not None and (source.node.bl_idname, source.name) == ("ShaderNodeTexCoord", "Generated")
 
 
-def _mapping(world: bpy.types.World, texture: bpy.types.Node) -> bpy.types.Node | None:
-    """The Mapping node that turns the texture; None where the texture is looked up along plain directions."""
-    source = feeding_socket(texture.inputs["Vector"])
-    mapping = source.node if source and source.node.bl_idname == "ShaderNodeMapping" else None
-    if mapping:
-        source = feeding_socket(mapping.inputs["Vector"])
-        _check_only_turns(world, mapping)
-        if source is None:
-            raise LightError(
-                f"The Mapping node of world '{world.name}' has nothing in its Vector: connect Texture Coordinate > Generated."
-            )
-    if source and (source.node.bl_idname, source.name) != ("ShaderNodeTexCoord", "Generated"):
-        raise LightError(
-            f"The Environment Texture of world '{world.name}' is looked up by '{source.node.name}', which cannot be "
-            "followed: use Texture Coordinate > Generated, with one Mapping node to turn it."
+def looks_along(entry: bpy.types.NodeSocket) -> bool:
+    """Whether an input that nothing feeds gets the direction of view."""
+    return entry.node.bl_idname in _LOOKS_ALONG and entry.enabled and entry == entry.node.inputs[0]
+
+
+def _lookups(output: bpy.types.Node, through: bpy.types.Node | None = None) -> Iterator[bpy.types.NodeSocket]:
+    """The sockets by which a graph knows the direction: implicit inputs, and outputs or inputs fed by them.
+
+    Args:
+        output: where to begin.
+        through: a node beyond which not to look.
+    """
+    pending, seen = [output], set()
+    while pending:
+        node = pending.pop()
+        if node == through or node.name in seen:
+            continue
+        seen.add(node.name)
+        group = getattr(node, "node_tree", None)
+        if group and _group_output(group):
+            yield from _lookups(_group_output(group))
+        vector = node.inputs[0] if node.bl_idname in _LOOKS_ALONG else None
+        if vector and not vector.enabled:
+            yield node.outputs[0]
+        elif vector and not vector.is_linked:
+            yield vector
+        for entry in node.inputs:
+            if not entry.enabled:
+                continue
+            source = feeding_socket(entry)
+            if source and source.node.bl_idname in _KNOWS_DIRECTION:
+                yield entry if is_view(source) else source
+            elif source:
+                pending.append(source.node)
+
+
+def _takes_a_mapping(socket: bpy.types.NodeSocket) -> bool:
+    """Whether a Mapping inserted before an input would turn it: all it lacks is the node."""
+    return not socket.is_output and (not socket.is_linked or is_view(feeding_socket(socket)))
+
+
+def _why_still(lookups: list[bpy.types.NodeSocket]) -> str:
+    if not lookups:
+        return "it looks the same in all directions"
+    suns = [socket.node.name for socket in lookups if socket.is_output and socket.node.bl_idname == "ShaderNodeTexSky"]
+    if suns:
+        return (
+            f"its rotation cannot be followed, as '{suns[0]}' takes no Vector with its Sun Disc: switch that off, or "
+            "keyframe the light"
         )
-    return mapping
+    names = ", ".join(f"'{name}'" for name in dict.fromkeys(socket.node.name for socket in lookups))
+    return (
+        "its rotation cannot be followed: insert Texture Coordinate > Generated and one Mapping node, which only "
+        f"rotates, to feed all of {names}"
+    )
 
 
-def _check_only_turns(world: bpy.types.World, mapping: bpy.types.Node) -> None:
-    inputs = [mapping.inputs[name] for name in ("Location", "Rotation", "Scale") if name in mapping.inputs]
-    if any(entry.is_linked for entry in inputs):
-        raise LightError(
-            f"The Mapping node of world '{world.name}' is fed by nodes: unlink it and set or keyframe numbers."
-        )
-    rests = {"Location": (0.0, 0.0, 0.0), "Scale": (1.0, 1.0, 1.0)}
-    for name, rest in rests.items():
-        unused = name == "Location" and mapping.vector_type in {"VECTOR", "NORMAL"}
-        if not unused and not np.allclose(mapping.inputs[name].default_value, rest, atol=1e-6):
-            raise LightError(
-                f"The Mapping node of world '{world.name}' changes {name}: reset it, as an SH light can only turn."
-            )
+def _is_picture(node: bpy.types.Node, mapping: bpy.types.Node | None, entry: bpy.types.NodeSocket | None) -> bool:
+    """Whether a node is an Environment Texture looked up along the view, at most turned, whose texels we can read."""
+    if node.bl_idname != "ShaderNodeTexEnvironment" or node.mute:
+        return False
+    source = feeding_socket(node.inputs["Vector"])
+    looked_up = entry == node.inputs["Vector"] or (source and mapping and source.node == mapping)
+    return bool(looked_up) and node.image.source in {"FILE", "GENERATED"}

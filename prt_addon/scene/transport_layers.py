@@ -11,8 +11,10 @@ import numpy.typing as npt
 
 from ..core import sh
 from ..core.bake import BakeSettings
+from ..core.errors import MeshError
+from .libraries import check_own
 from .meshes import Domain, layer_array
-from .record import RECORD, Evidence, write_record
+from .record import RECORD, Evidence, check_version, write_record
 
 LAYERS = tuple(f"_PRT_{i}" for i in range(sh.coefficient_count(sh.ORDER)))
 """The leading underscore lets glTF carry them."""
@@ -77,11 +79,19 @@ def space_of(mesh: bpy.types.Mesh) -> Space:
     return "OBJECT" if mesh.get(RECORD, {}).get("space") == "OBJECT" else "SCENE"
 
 
+def check_removable(ob: bpy.types.Object) -> None:
+    """Raises MeshError or VersionError if a mesh object carries transport that cannot be removed."""
+    if RECORD in ob.data or is_baked(ob.data):
+        check_own(ob.data, f"Mesh '{ob.data.name}' of '{ob.name}'", "remove", MeshError)
+        check_version(ob)
+
+
 def remove(mesh: bpy.types.Mesh) -> bool:
     """Remove the layers and the record; True if there was any."""
     present = [name for name in LAYERS if name in mesh.attributes]
     for name in present:
-        mesh.attributes.remove(mesh.attributes[name])
+        while name in mesh.attributes:  # before 5.0, joining objects leaves one per domain
+            mesh.attributes.remove(mesh.attributes[name])
     recorded = RECORD in mesh
     if recorded:
         del mesh[RECORD]

@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 
 from prt_addon.core import raycast
-from prt_addon.core.bake import BakeSettings, Occluders, ReceiverGroup, bake, ray_count
+from prt_addon.core.bake import BakeSettings, Occluders, ReceiverGroup, Run, bake, ray_count
 from prt_addon.core.errors import Cancelled, MeshError, RayCasterMissing
+from prt_addon.core.parallel import Workers
 from tests.core import shapes
 
 SETTINGS = BakeSettings(samples=64, seed=3)
@@ -51,7 +52,7 @@ def test_bits_do_not_depend_on_the_company():
     groups, occluders = scene()
     expected = by_name(groups, bake(groups, occluders, SETTINGS))
     for some, threads in ((groups[::-1], 1), (groups[1:], 3), (groups[:1], 2), ([groups[2], groups[0]], None)):
-        results = by_name(some, bake(some, occluders, SETTINGS, threads=threads))
+        results = by_name(some, bake(some, occluders, SETTINGS, Run(Workers(threads))))
         assert all(np.array_equal(result, expected[name]) for name, result in results.items())
 
 
@@ -68,7 +69,7 @@ def test_progress_ends_at_the_ray_count(mode):
     """The bar's total is known before the bake starts."""
     groups, occluders = scene()
     settings, told = BakeSettings(mode=mode, samples=64), []
-    bake(groups, occluders, settings, told.append)
+    bake(groups, occluders, settings, Run(Workers(progress=told.append)))
     assert sum(told) == ray_count(groups, settings) == {"UNSHADOWED": 0, "SHADOWED": 64 * 755}[mode]
 
 
@@ -80,7 +81,7 @@ def test_cancel_comes_out():
         raise Cancelled("stop")
 
     with pytest.raises(Cancelled, match="stop"):
-        bake(groups, occluders, SETTINGS, progress)
+        bake(groups, occluders, SETTINGS, Run(Workers(progress=progress)))
 
 
 @pytest.mark.parametrize("mode", ["UNSHADOWED", "SHADOWED"])

@@ -9,8 +9,9 @@ import pytest
 from prt_addon.core import buried as buried_module
 from prt_addon.core import transport as transport_module
 from prt_addon.core.albedo import Albedo
-from prt_addon.core.bake import BakeSettings, Occluders, ReceiverGroup, bake, bounce, ray_count, trace_groups
+from prt_addon.core.bake import BakeSettings, Occluders, ReceiverGroup, Run, bake, bounce, ray_count, trace_groups
 from prt_addon.core.buried import Fill
+from prt_addon.core.parallel import Workers
 from tests.core import shapes
 
 SETTINGS = BakeSettings(samples=128, seed=3)
@@ -186,10 +187,10 @@ def test_same_bits_for_any_chunks_threads_and_group_order(monkeypatch):
     swapped = replace(occluders, corner_receiver=np.where(corner < first[0], corner + first[1], corner - first[0]))
     for mode in ("SHADOWED", "INTERREFLECTED"):
         settings = replace(SETTINGS, mode=mode)
-        usual = bake(groups, occluders, settings, threads=1)
+        usual = bake(groups, occluders, settings, Run(Workers(1)))
         with monkeypatch.context() as patch:
             patch.setattr(transport_module, "_RAYS_AT_A_TIME", 1000)
-            again = bake(groups[::-1], swapped, settings, threads=3)
+            again = bake(groups[::-1], swapped, settings, Run(Workers(3)))
         for here, expected in zip(again[::-1], usual, strict=True):
             np.testing.assert_array_equal(here, expected)
 
@@ -197,7 +198,8 @@ def test_same_bits_for_any_chunks_threads_and_group_order(monkeypatch):
 def test_it_is_told_and_rays_are_not_counted():
     groups, occluders = ball_in_ground()
     told, rays = [], []
-    bake(groups, occluders, SETTINGS, rays.append, None, lambda group, sentence: told.append((group.name, sentence)))
+    run = Run(Workers(progress=rays.append), lambda group, sentence: told.append((group.name, sentence)))
+    bake(groups, occluders, SETTINGS, run)
     assert sum(rays) == ray_count(groups, SETTINGS)
     assert [name for name, _ in told] == ["mesh 0", "mesh 1"]
     share = np.mean(buried_of(groups, occluders)[0])
@@ -207,7 +209,7 @@ def test_it_is_told_and_rays_are_not_counted():
 def test_black_and_tiny_objects_are_told():
     told = []
     groups, occluders = scene_of(flipped(shapes.icosphere(3)), moved(scaled(shapes.icosphere(2), *[1e-4] * 3), 4, 0, 0))
-    bake(groups, occluders, SETTINGS, tell=lambda group, sentence: told.append(sentence))
+    bake(groups, occluders, SETTINGS, Run(tell=lambda group, sentence: told.append(sentence)))
     assert len(told) == 2
     assert "No light reaches 'mesh 0'" in told[0]
     assert "'mesh 1' is tiny beside the scene" in told[1]

@@ -123,3 +123,43 @@ def test_srgb_anchors():
     linear = envmap.srgb_to_linear(encoded)
     assert linear.dtype == np.float32
     assert np.allclose(linear, [0, 0.02 / 12.92, 0.0031308, 0.21404114, 1], rtol=1e-5, atol=0)
+
+
+@pytest.mark.parametrize("size", [(3, 3), (40, 80), (600, 600)])
+def test_constant_mirror_ball(size):
+    """All of the sphere is on it, whatever its resolution."""
+    light = envmap.project_mirror_ball(np.full((*size, 3), 2.0, dtype=np.float32))
+    assert np.allclose(light[0], 2 * np.sqrt(4 * np.pi), rtol=1e-12)
+    assert np.allclose(light[1:], 0, atol=5e-4 * light[0].max())
+
+
+def test_corners_of_a_mirror_ball_do_not_matter():
+    """They show the photographer, and may hold anything."""
+    pixels = np.ones((64, 64, 3), dtype=np.float32)
+    pixels[0, 0] = pixels[-1, 0] = np.nan
+    assert np.isfinite(envmap.project_mirror_ball(pixels)).all()
+    pixels[32, 32] = np.nan
+    with pytest.raises(PictureError, match="NaN"):
+        envmap.project_mirror_ball(pixels)
+
+
+def test_interpolated_texels_are_tents():
+    """The same light as of a picture nine times as fine that is interpolated by hand, up to the finer one's own error."""
+    height, width, fine = 12, 24, 9
+    pixels = random_sky(height, width).astype(np.float64)
+
+    def along(values, axis):
+        place = np.arange(values.shape[axis] * fine) / fine + 0.5 / fine - 0.5
+        low, share = np.floor(place).astype(int), place - np.floor(place)
+        size = values.shape[axis]
+        mode = {"mode": "wrap"} if axis else {"mode": "clip"}
+        shape = [-1 if k == axis else 1 for k in range(3)]
+        first, second = (np.take(values, low + step, axis=axis, **mode) for step in (0, 1))
+        assert first.shape[axis] == size * fine
+        return first * (1 - share.reshape(shape)) + second * share.reshape(shape)
+
+    wanted = envmap.project_equirect(along(along(pixels, 0), 1))
+    light = envmap.project_equirect(pixels, interpolated=True)
+    assert np.allclose(light, wanted, rtol=0, atol=1e-3 * np.abs(wanted[0]).max())
+    flat = envmap.project_equirect(pixels)
+    assert np.abs(light - wanted).max() < 0.05 * np.abs(flat - wanted).max()

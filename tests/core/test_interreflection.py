@@ -9,16 +9,19 @@ import pytest
 from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 
+from prt_addon.core import bake as bake_module
 from prt_addon.core import gather as gather_module
 from prt_addon.core import sh
 from prt_addon.core import transport as transport_module
 from prt_addon.core.albedo import Albedo, CornerColours, TexturePatch
-from prt_addon.core.bake import BakeSettings, Occluders, ReceiverGroup, bake, bounce, trace_groups
+from prt_addon.core.bake import BakeSettings, Occluders, ReceiverGroup, Run, bake, bounce, trace_groups
 from prt_addon.core.errors import Cancelled
 from prt_addon.core.gather import Gather
-from prt_addon.core.hits import KeptHits, trace
+from prt_addon.core.hits import trace
 from prt_addon.core.interreflection import interreflected
+from prt_addon.core.parallel import Workers
 from prt_addon.core.raycast import RayScene
+from prt_addon.core.spill import in_file
 from prt_addon.core.transport import Pattern, Receivers, shadowed
 
 SETTINGS = BakeSettings("INTERREFLECTED", samples=64, seed=3)
@@ -156,6 +159,44 @@ def test_gather_is_the_matrix_it_claims_to_be():
     np.testing.assert_allclose(gather(state), np.einsum("xyc,yck->xck", dense, state), atol=2e-5)
 
 
+def test_choice_of_a_corner_keeps_the_energy_and_the_mean(monkeypatch):
+    """One corner for three: the same light where all return the same, and on average wherever the light runs.
+
+    Under a ramp, each receiver's error is a sum of random choices; their mean has no more than its own standard error.
+    """
+    groups, occluders = corner(24)
+    hits = trace_groups(groups, occluders, replace(SETTINGS, samples=256)).hits
+
+    def both(state):
+        results = []
+        for limit in (0.0, np.inf):
+            monkeypatch.setattr(gather_module, "_FINE", limit)
+            results.append(Gather(hits, occluders.albedo, occluders.corner_receiver)(state))
+        return results
+
+    exact, chosen = both(np.ones((len(hits), 3, 9), dtype=np.float32))
+    np.testing.assert_allclose(chosen, exact, rtol=1e-5)
+    ramp = np.concatenate([group.points for group in groups]) @ np.random.default_rng(0).normal(size=(3, 9))
+    exact, chosen = both(np.repeat(ramp[:, None, :], 3, axis=1).astype(np.float32))
+    receives = exact[:, 0].any(axis=1)
+    error = (chosen - exact)[receives]
+    assert error.std() > 1e-4
+    assert np.abs(error.mean(axis=0) / error.std(axis=0)).max() < 4.0 / np.sqrt(receives.sum())
+
+
+@pytest.mark.parametrize("count", [9, 25])
+def test_choice_of_a_corner_is_lost_in_the_noise_of_the_rays(monkeypatch, count):
+    """A quarter of that noise would lengthen the error by a thirtieth."""
+    groups, occluders = corner(count)
+    settings = replace(SETTINGS, samples=256)
+    traced = [trace_groups(groups, occluders, replace(settings, seed=seed)) for seed in (0, 1)]
+    usual = np.concatenate(bounce(traced[0], occluders, settings))
+    monkeypatch.setattr(gather_module, "_FINE", 0.0)
+    exact, other = (np.concatenate(bounce(one, occluders, settings)) for one in traced)
+    noise = np.std(exact - other) / np.sqrt(2)
+    assert 0.0 < np.std(usual - exact) < 0.25 * noise
+
+
 def test_corners_without_receiver_return_nothing():
     groups, occluders = corner(6)
     black = replace(occluders, corner_receiver=np.full_like(occluders.corner_receiver, -1))
@@ -184,17 +225,35 @@ def test_direct_part_has_the_bits_of_shadowed():
 def test_same_bits_for_any_chunks_threads_and_group_order(monkeypatch):
     groups, occluders = corner(8)
     occluders = patterned(occluders)
-    usual = bake(groups, occluders, SETTINGS, threads=1)
+    usual = bake(groups, occluders, SETTINGS, Run(Workers(1)))
     order = [2, 0, 1]
     first = np.cumsum([0, *(len(groups[i]) for i in order)])
     moved = np.concatenate([first[order.index(i)] + np.arange(len(groups[i])) for i in range(3)])
     shuffled = replace(occluders, corner_receiver=moved[occluders.corner_receiver])
     for rays, hits, threads in ((64, 1, 3), (640, 100, 2), (1 << 20, 1 << 20, 1)):
         monkeypatch.setattr(transport_module, "_RAYS_AT_A_TIME", rays)
-        monkeypatch.setattr(gather_module, "_HITS_AT_A_TIME", hits)
-        again = bake([groups[i] for i in order], shuffled, SETTINGS, threads=threads)
+        monkeypatch.setattr(gather_module, "_RECEIVERS_AT_A_TIME", hits)
+        again = bake([groups[i] for i in order], shuffled, SETTINGS, Run(Workers(threads)))
         for position, i in enumerate(order):
             np.testing.assert_array_equal(again[position], usual[i])
+
+
+@pytest.mark.parametrize("memory", [1 << 30, 20_000, 0])
+@pytest.mark.parametrize("rays", [300, 5000])
+def test_same_bits_in_any_pieces_in_memory_or_on_disk(monkeypatch, rays, memory):
+    groups, occluders = corner(8)
+    occluders = patterned(occluders)
+    whole = trace_groups(groups, occluders, SETTINGS)
+    monkeypatch.setattr(bake_module, "_RAYS_IN_A_PIECE", rays)
+    pieces = trace_groups(groups, occluders, SETTINGS, Run(memory=memory))
+    assert len(pieces.hits.pieces) == -(-192 // max(1, rays // 64))
+    assert [in_file(piece.packed) for piece in pieces.hits.pieces].count(True) in (
+        range(1, 192) if memory == 20_000 else [len(pieces.hits.pieces) if memory == 0 else 0]
+    )
+    assert pieces.hits.nbytes <= memory + 192 * 16
+    assert pieces.hits.count == whole.hits.count
+    for one, other in zip(bounce(pieces, occluders, SETTINGS), bounce(whole, occluders, SETTINGS), strict=True):
+        np.testing.assert_array_equal(one, other)
 
 
 def test_another_albedo_needs_no_new_rays():
@@ -246,7 +305,7 @@ def test_bounces_can_be_cancelled():
             raise Cancelled("enough")
 
     with pytest.raises(Cancelled):
-        bake(groups, occluders, SETTINGS, stop_after_the_rays)
+        bake(groups, occluders, SETTINGS, Run(Workers(progress=stop_after_the_rays)))
 
 
 def test_nothing_hit_leaves_nothing_to_bounce():
@@ -254,7 +313,7 @@ def test_nothing_hit_leaves_nothing_to_bounce():
     (result,) = bake(groups, occluders, SETTINGS)
     (direct,) = bake(groups, occluders, replace(SETTINGS, mode="SHADOWED"))
     np.testing.assert_array_equal(result, np.repeat(direct[:, :, None], 3, axis=2))
-    assert isinstance(trace_groups(groups, occluders, SETTINGS).hits, KeptHits)
+    assert trace_groups(groups, occluders, SETTINGS).hits.count == 0
 
 
 # --- against a path tracer --------------------------------------------------------------------------------------------

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from prt_addon.core.errors import Cancelled
-from prt_addon.core.parallel import run_chunks
+from prt_addon.core.parallel import Workers
 
 
 @pytest.mark.parametrize("threads", [1, 2, 5, None])
@@ -22,7 +22,7 @@ def test_every_item_once(count, chunk, threads):
         visits[part] += 1
         return 3 * (part.stop - part.start)
 
-    run_chunks(count, chunk, work, told.append, threads)
+    Workers(threads, told.append).run(count, chunk, work)
     assert (visits == 1).all()
     assert sum(told) == 3 * count
     assert len(told) == -(-count // chunk)
@@ -36,7 +36,7 @@ def test_progress_is_told_in_the_calling_thread():
         workers.add(threading.get_ident())
         return 1
 
-    run_chunks(20, 1, work, lambda rays: seen.add(threading.get_ident()), 2)
+    Workers(2, lambda rays: seen.add(threading.get_ident())).run(20, 1, work)
     assert seen == {threading.get_ident()}
     assert workers and not workers & seen
 
@@ -55,7 +55,7 @@ def test_cancel_stops_soon_and_comes_out():
         raise cancelled
 
     with pytest.raises(Cancelled) as caught:
-        run_chunks(10_000, 1, work, progress, threads=2)
+        Workers(2, progress).run(10_000, 1, work)
     assert caught.value is cancelled
     assert 1 <= len(ran) <= 4
     after = len(ran)
@@ -78,7 +78,7 @@ def test_cancel_drops_what_is_queued():
         raise Cancelled("stop")
 
     with pytest.raises(Cancelled):
-        run_chunks(10_000, 1, work, progress, threads=2)
+        Workers(2, progress).run(10_000, 1, work)
     assert set(ran) <= {0, 1, 2}
 
 
@@ -93,7 +93,7 @@ def test_worker_exception_comes_out():
         return 1
 
     with pytest.raises(ZeroDivisionError, match="in chunk 3"):
-        run_chunks(10_000, 1, work, threads=2)
+        Workers(2).run(10_000, 1, work)
     assert len(ran) < 20
 
 
@@ -105,4 +105,4 @@ def test_threads_run_at_once():
         barrier.wait()
         return 1
 
-    run_chunks(2, 1, work, threads=2)
+    Workers(2).run(2, 1, work)

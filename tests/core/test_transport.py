@@ -6,6 +6,7 @@ import pytest
 
 from prt_addon.core import sh, transport
 from prt_addon.core.errors import Cancelled
+from prt_addon.core.parallel import Workers
 from prt_addon.core.raycast import RayScene
 from prt_addon.core.transport import Receivers, shadowed, unshadowed
 from tests.core import shapes
@@ -153,7 +154,7 @@ def test_bits_do_not_depend_on_chunks_or_threads(monkeypatch, rays_at_a_time, th
     monkeypatch.setattr(transport, "_RAYS_AT_A_TIME", rays_at_a_time)
     chunk = transport.Pattern(100, 0).chunk
     assert chunk == max(1, rays_at_a_time // 100)
-    assert np.array_equal(shadowed(scene, points, 100, threads=threads), expected)
+    assert np.array_equal(shadowed(scene, points, 100, workers=Workers(threads)), expected)
 
 
 def test_bits_do_not_depend_on_the_order_of_receivers():
@@ -201,7 +202,7 @@ def test_every_ray_is_told():
     """The progress bar ends at 100 %."""
     scene, points = self_shadowing()
     told = []
-    shadowed(scene, points, 100, progress=told.append)
+    shadowed(scene, points, 100, workers=Workers(progress=told.append))
     assert sum(told) == 100 * len(points)
 
 
@@ -213,7 +214,7 @@ def test_cancel_comes_out():
 
     scene, points = self_shadowing()
     with pytest.raises(Cancelled, match="stop"):
-        shadowed(scene, points, 100, progress=progress)
+        shadowed(scene, points, 100, workers=Workers(progress=progress))
 
 
 @pytest.mark.parametrize("samples", [1, 2, 64, 256])

@@ -154,7 +154,7 @@ def test_cancel_changes_nothing_and_a_second_bake_is_refused_meanwhile(blender, 
     ob = stage.object_of("Ball", stage.icosphere(5))
     plan = part("scene.gather").gather(blender.context, [ob])
     jobs, core = part("bake_job"), part("core.bake")
-    job = jobs.BakeJob([r.group for r in plan.receivers], plan.occluders, core.BakeSettings(samples=1 << 14), 2)
+    job = jobs.whole_bake([r.group for r in plan.receivers], plan.occluders, core.BakeSettings(samples=1 << 14), 2)
     job.start()
     assert not blender.ops.prt.bake.poll()
     assert blender.ops.prt.cancel() == {"FINISHED"}

@@ -280,11 +280,11 @@ def test_never_baked_removed_and_older_versions(blender, scene, part, three, bak
     ball.data["prt_bake"] = cube.data["prt_bake"] = record | {"version": 1}  # the cube has no layers
     found = part("scene.freshness").freshness(blender.context, three)
     assert [one.state for one in found] == ["FRESH", "UNKNOWN", "NEVER"]
-    assert found[1].text == "baked by an older version: bake again to be able to check"
+    assert found[1].text == "of unknown origin: bake again to be able to check"
 
 
 def test_the_drawn_state_follows_at_once_or_with_the_next_check(blender, scene, part, stage, three, bake):
-    """Moves and counts are seen without a check; deeper causes stay as found until the next check or bake."""
+    """Moves and counts are seen without a check; deeper causes as the last check or bake of the session found them."""
     floor, ball, cube = three
     module = part("scene.freshness")
 
@@ -295,6 +295,8 @@ def test_the_drawn_state_follows_at_once_or_with_the_next_check(blender, scene, 
 
     assert drawn(floor) == ("NEVER", set())
     bake("SHADOWED")
+    assert drawn(floor) == ("FRESH", set())
+    module._found.clear()  # as in the next session
     assert drawn(floor) == ("UNCHECKED", set())
     assert blender.ops.prt.check() == {"FINISHED"}
     assert drawn(floor) == ("FRESH", set())
@@ -306,7 +308,7 @@ def test_the_drawn_state_follows_at_once_or_with_the_next_check(blender, scene, 
     assert drawn(cube) == ("FRESH", set()) and drawn(floor) == ("STALE", OTHERS)
     shift(cube)
     bake("SHADOWED")
-    assert drawn(floor) == ("UNCHECKED", set())
+    assert drawn(floor) == ("FRESH", set())
     ball.data.vertices.add(1)
     assert drawn(ball) == ("STALE", GEOMETRY)
 

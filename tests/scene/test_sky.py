@@ -17,7 +17,7 @@ def test_light_is_the_pictures(blender, part, scene, stage):
     mapping.inputs["Rotation"].default_value = (1, 2, 3)
     blender.ops.prt.project_light()
     light = part("scene.light")
-    wanted = part("core.envmap").project_equirect(pixels)
+    wanted = part("core.envmap").project_equirect(pixels, interpolated=True)
     np.testing.assert_allclose(light.read_light(world), wanted, rtol=1e-5, atol=1e-5)
     blender.context.view_layer.update()
     assert world["prt_strength"] == 3.0
@@ -84,11 +84,9 @@ def refusals(stage):
     return {
         "no image": (lambda w, m, t: setattr(t, "image", None), "open an HDRI"),
         "missing file": (lambda w, m, t: setattr(t, "image", _missing_image()), "nowhere.exr"),
-        "scaled": (lambda w, m, t: setattr(m.inputs["Scale"], "default_value", (2, 1, 1)), "Scale"),
-        "moved": (lambda w, m, t: setattr(m.inputs["Location"], "default_value", (1, 0, 0)), "Location"),
-        "flat": (lambda w, m, t: w.node_tree.nodes.remove(t), "Environment Texture"),
-        "mirror ball": (lambda w, m, t: setattr(t, "projection", "MIRROR_BALL"), "mirror ball"),
-        "rotation fed": (_feed_rotation, "Mapping"),
+        "tiles": (lambda w, m, t: setattr(t.image, "source", "TILED"), "UDIM"),
+        "missing in a graph": (_hide_missing_image, "nowhere.exr"),
+        "NaN": (lambda w, m, t: _spoil_texel(t.image), "NaN"),
     }
 
 
@@ -100,12 +98,21 @@ def _missing_image():
     return image
 
 
-def _feed_rotation(world, mapping, _texture):
-    node = world.node_tree.nodes.new("ShaderNodeCombineXYZ")
-    world.node_tree.links.new(node.outputs[0], mapping.inputs["Rotation"])
+def _hide_missing_image(world, _mapping, texture):
+    tree = world.node_tree
+    other, mix = tree.nodes.new("ShaderNodeTexEnvironment"), tree.nodes.new("ShaderNodeVectorMath")
+    other.image = _missing_image()
+    for source, entry in zip((texture, other), mix.inputs, strict=False):
+        tree.links.new(source.outputs["Color"], entry)
+    background = next(node for node in tree.nodes if node.bl_idname == "ShaderNodeBackground")
+    tree.links.new(mix.outputs["Vector"], background.inputs["Color"])
 
 
-@pytest.mark.parametrize("case", ["no image", "missing file", "scaled", "moved", "flat", "mirror ball", "rotation fed"])
+def _spoil_texel(image):
+    image.pixels[40] = float("nan")
+
+
+@pytest.mark.parametrize("case", ["no image", "missing file", "tiles", "missing in a graph", "NaN"])
 def test_bad_worlds_are_refused_in_one_sentence(blender, scene, stage, case):
     """Before any work, with nothing written to world or mesh."""
     ob = stage.object_of("Cube", stage.cube())
@@ -125,6 +132,49 @@ def test_scene_without_world_is_refused(blender, scene, stage):
     scene.world = None
     with pytest.raises(RuntimeError, match="has no world"):
         blender.ops.prt.bake(mode="UNSHADOWED")
+
+
+def test_undecodable_pictures_are_left_to_blender(blender, part, scene, stage):
+    """A byte image in a colour space with another curve than sRGB's, a power of 2.4."""
+    image = blender.data.images.new("Encoded", 8, 4)
+    image.generated_color = (0.5, 0.5, 0.5, 1.0)
+    image.colorspace_settings.name = "Rec.1886"
+    world, _ = stage.environment(image)
+    blender.ops.prt.project_light()
+    radiance = part("scene.light").read_light(world)[0] / np.sqrt(4 * np.pi)
+    np.testing.assert_allclose(radiance, 0.5**2.4, atol=3e-3)
+
+
+def test_world_without_nodes_is_its_colour(blender, part, scene):
+    """As there are before 5.0."""
+    if blender.app.version >= (5, 0, 0):
+        pytest.skip("every world has nodes")
+    world = blender.data.worlds.new("Plain")
+    world.color, scene.world = (0.1, 0.2, 0.4), world
+    blender.ops.prt.project_light()
+    radiance = part("scene.light").read_light(world)[0] / np.sqrt(4 * np.pi)
+    np.testing.assert_allclose(radiance, (0.1, 0.2, 0.4), rtol=1e-4)
+    world.color = (0.3, 0.3, 0.3)
+    blender.context.view_layer.update()
+    np.testing.assert_allclose(part("scene.light").read_light(world)[0] / np.sqrt(4 * np.pi), 0.3, rtol=1e-4)
+
+
+def test_sequences_show_the_frame(blender, part, scene, stage, tmp_path):
+    """A numbered picture per frame: each frame has its own light, by Blender's own choice of the file."""
+    for number in (1, 2):
+        image = stage.picture("Frame", np.full((4, 8, 3), float(number)))
+        image.filepath_raw, image.file_format = str(tmp_path / f"sky{number}.exr"), "OPEN_EXR"
+        image.save()
+    image = blender.data.images.load(str(tmp_path / "sky1.exr"))
+    image.source = "SEQUENCE"
+    world, _ = stage.environment(image)
+    user = next(node for node in world.node_tree.nodes if node.bl_idname == "ShaderNodeTexEnvironment").image_user
+    user.frame_duration, user.frame_start, user.use_auto_refresh = 2, 1, True
+    blender.ops.prt.project_light()
+    for frame in (1, 2):
+        scene.frame_set(frame)
+        radiance = part("scene.light").read_light(world)[0] / np.sqrt(4 * np.pi)
+        np.testing.assert_allclose(radiance, frame, rtol=1e-3)
 
 
 def test_removal_leaves_nothing_on_the_world(blender, scene, stage):

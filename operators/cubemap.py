@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Cube maps: six faces become the world, and its light."""
+
+import bpy
+from bpy.props import EnumProperty, IntProperty
+
+from ..prt_addon.core.cubemap import FACES, project_cubemap, to_equirect, with_light
+from ..prt_addon.scene import cubemap, light, projection, sky
+from ..prt_addon.scene.settings import LightProperties, windowing
+from .folder import FolderBrowser
+from .reporting import reports_errors
+
+TABLES = [
+    ("OPENGL", "OpenGL", "As the graphics interfaces hold cube maps. .png and .jpg are decoded as sRGB"),
+    (
+        "GAMES202",
+        "GAMES202",
+        "As the GAMES202 course's precomputation reads them, which swaps and mirrors some faces: for its light.txt. "
+        ".png and .jpg are decoded by a gamma of 2.2",
+    ),
+]
+
+
+class PRT_OT_import_cubemap(FolderBrowser, LightProperties, bpy.types.Operator):
+    """Light the scene by a cube map: a folder with posx, negx, posy, negy, posz and negz (.exr and .hdr, which are linear, .png or .jpg). The world before is kept"""
+
+    bl_idname = "prt.import_cubemap"
+    bl_label = "Import Cube Map"
+    bl_options = {"REGISTER", "UNDO"}
+
+    table: EnumProperty(  # type: ignore[valid-type]
+        name="Faces", description="How the faces lie, and how their colours are encoded", items=TABLES, default="OPENGL"
+    )
+    max_height: IntProperty(  # type: ignore[valid-type]
+        name="Largest Height",
+        description="Rows of the panorama made for the world; twice the width of a face if that is less. The SH light "
+        "comes from the faces themselves",
+        default=2048,
+        min=16,
+        max=16384,
+    )
+
+    @reports_errors
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        folder = self._folder()
+        faces = cubemap.read_faces(folder, self.table)
+        whole = project_cubemap(faces, self.table)
+        size = len(faces[FACES[0]])
+        picture = to_equirect(faces, self.table, min(2 * size, self.max_height))
+        world = cubemap.set_up_world(context.scene, folder.name or "Cube Map", with_light(picture, whole))
+        here = sky.read_sky(context.scene)
+        by = f"Six faces of {size} x {size} texels light the scene as world '{world.name}'"
+        projected = projection.projected(here, whole, by, windowing(context.scene, self))
+        light.write_light(here, projected)
+        for sentence in projected.sentences:
+            self.report({"INFO"}, sentence)
+        return {"FINISHED"}
+
+
+CLASSES = (PRT_OT_import_cubemap,)

@@ -1,0 +1,203 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What operators that bake have in common: to the end from a script, behind a live window from the button."""
+
+import signal
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import bpy
+
+from ..prt_addon.bake_job import BakeJob, running_job
+from ..prt_addon.core.errors import Interrupted
+from .reporting import reports_errors
+
+_TICK = 0.1  # seconds
+
+_timer: bpy.types.Timer | None = None
+"""Wakes the operator that watches a job: there is one at most."""
+
+
+class JobOperator:
+    """Mixin of operators that work in a `BakeJob`. They say how it begins and what is done with its result."""
+
+    _job: BakeJob[Any] | None = None
+    if TYPE_CHECKING:  # what every operator has
+        report: Any
+        poll_message_set: Any
+
+    def _begin(self, context: bpy.types.Context) -> BakeJob[Any]:
+        """Read all that the job needs; whatever is wrong is said before any work."""
+        raise NotImplementedError
+
+    def _end(self, context: bpy.types.Context, result: Any) -> None:
+        """Use what the job came to."""
+        raise NotImplementedError
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        if running_job() or _timer:
+            cls.poll_message_set("A bake is running: wait for it, or cancel it")
+            return False
+        return True
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """Work to the end: for scripts and background."""
+        with _ctrl_c(signal.default_int_handler):
+            started = self._run(context)
+        if started != {"RUNNING_MODAL"}:
+            return started
+        with _ctrl_c(signal.SIG_IGN):  # too late: half a result must not stay
+            return self._finish(context)
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
+        """Work behind a live window: for the button. The scene is read when the window says so."""
+        if bpy.app.background:
+            return self.execute(context)
+        global _timer
+        context.workspace.status_text_set("PRT: reading the scene")
+        _timer = context.window_manager.event_timer_add(_TICK, window=context.window)
+        context.window_manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        """Look after the job: begin it, draw its progress, stop it on Esc, take its result."""
+        if event.type == "ESC" and event.value == "PRESS" and self._job:
+            self._job.cancel()
+            return {"RUNNING_MODAL"}
+        if event.type != "TIMER":
+            return {"PASS_THROUGH"}
+        state = {"CANCELLED"}
+        try:
+            state = self._step(context)
+        finally:
+            if state != {"RUNNING_MODAL"}:
+                stop_watching(context)
+        return state
+
+    def cancel(self, context: bpy.types.Context) -> None:
+        """Blender ends the operator itself: another file is loaded, or the window closes."""
+        if self._job:
+            self._job.cancel()
+            self._job.wait()
+        stop_watching(context)
+
+    def _step(self, context: bpy.types.Context) -> set[str]:
+        """What is to be done at each tick."""
+        if self._job and not self._job.running:
+            return self._finish(context)
+        state = {"RUNNING_MODAL"} if self._job else self._start(context)
+        if self._job:
+            context.workspace.status_text_set(f"Baking PRT: {self._job.text}  (Esc cancels)")
+            _redraw(context)
+        return state
+
+    @reports_errors
+    def _start(self, context: bpy.types.Context) -> set[str]:
+        job = self._begin(context)
+        job.start()
+        self._job = job
+        return {"RUNNING_MODAL"}
+
+    @reports_errors
+    def _run(self, context: bpy.types.Context) -> set[str]:
+        """Start and wait for the end."""
+        try:
+            started = self._start(context)
+            if self._job:
+                _watch_on_terminal(self._job)
+        except KeyboardInterrupt:
+            job = running_job()
+            if job:
+                job.cancel()
+                job.wait()
+            raise Interrupted("The bake was interrupted; nothing was changed.") from None
+        return started
+
+    @reports_errors
+    def _finish(self, context: bpy.types.Context) -> set[str]:
+        assert self._job
+        self._end(context, self._job.result())
+        return {"FINISHED"}
+
+
+class PRT_OT_cancel(bpy.types.Operator):
+    """Stop the bake that runs; meshes, materials and world stay as they are"""
+
+    bl_idname = "prt.cancel"
+    bl_label = "Cancel Bake"
+    bl_options = {"INTERNAL"}
+
+    @classmethod
+    def poll(cls, _context: bpy.types.Context) -> bool:
+        if running_job():
+            return True
+        cls.poll_message_set("No bake is running")
+        return False
+
+    def execute(self, _context: bpy.types.Context) -> set[str]:
+        job = running_job()
+        if job:
+            job.cancel()
+        return {"FINISHED"}
+
+
+def stop_watching(context: bpy.types.Context) -> None:
+    """Let go of the timer and the status bar, if an operator watches a job."""
+    global _timer
+    if _timer is None:
+        return
+    context.window_manager.event_timer_remove(_timer)
+    _timer = None
+    if context.workspace:
+        context.workspace.status_text_set(None)
+    _redraw(context)
+
+
+def _redraw(context: bpy.types.Context) -> None:
+    for window in context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "VIEW_3D":
+                area.tag_redraw()
+
+
+@contextmanager
+def _ctrl_c(handler: Any) -> Iterator[None]:
+    """How Ctrl-C is answered in background, where the Blender application has an answer that Python never hears of."""
+    if not bpy.app.background or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before or signal.SIG_DFL)
+
+
+def _watch_on_terminal(job: BakeJob[Any]) -> None:
+    """A progress bar where someone can see it: on a terminal, in background."""
+    bar = _progress_bar(job.total) if bpy.app.background else None
+    while job.running:
+        job.wait(_TICK)
+        if bar is not None:
+            bar.set_postfix_str("bouncing light" if job.done == job.total and job.running else "", refresh=False)
+            bar.update(job.done - bar.n)
+    if bar is not None:
+        bar.close()
+
+
+def _progress_bar(total: int) -> Any:
+    try:
+        from tqdm import tqdm
+    except ImportError:  # run from a checkout by a Blender without it: bake all the same
+        return None
+
+    class Bar(tqdm):  # type: ignore[type-arg]
+        monitor_interval = 0  # or it starts a thread that outlives the bake
+
+    return Bar(total=total, unit="ray", unit_scale=True, desc="PRT", file=sys.stderr, disable=None)
+
+
+CLASSES = (PRT_OT_cancel,)

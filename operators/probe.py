@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Looking at the SH light."""
+
+import bpy
+from bpy.props import EnumProperty
+
+from ..prt_addon.core.errors import LightError
+from ..prt_addon.scene import light, light_picture, probe
+from .reporting import reports_errors
+
+KINDS = [
+    (
+        "PICTURE",
+        "Picture",
+        "An equirectangular image: the sky on the left, what the SH light kept of it on the right, both as they are "
+        "turned now",
+    ),
+    (
+        "PROBE",
+        "Probe",
+        "A sphere at the 3D cursor that shows, along its normals, what the SH light holds in that direction, in EEVEE and "
+        "live. It is hidden in renders and shadows nothing",
+    ),
+]
+
+
+class PRT_OT_show_light(bpy.types.Operator):
+    """Show what the projection kept of the sky: as an image beside the sky itself, or on a sphere in the scene"""
+
+    bl_idname = "prt.show_light"
+    bl_label = "Show Light"
+    bl_options = {"REGISTER", "UNDO"}
+
+    kind: EnumProperty(  # type: ignore[valid-type]
+        name="As", description="What to look at", items=KINDS, default="PICTURE"
+    )
+
+    @reports_errors
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        if not light.has_light(context.scene.world):
+            raise LightError("There is no SH light to show: project the world first (prt.project_light).")
+        if self.kind == "PROBE":
+            made = probe.ensure_probe(context.scene)
+            self.report({"INFO"}, f"Object '{made.name}' shows the light, in EEVEE.")
+            return {"FINISHED"}
+        image, beside_sky = light_picture.make_picture(context.scene)
+        _show_in_editor(context, image)
+        sides = "the sky on the left, its light on the right" if beside_sky else "the light"
+        kept = light_picture.kept(context.scene.world)
+        shares = " + ".join(f"{share:.1%}" for share in kept.bands)
+        whose = "the sky's energy" if kept.of_sky else "its energy"
+        self.report({"INFO"}, f"Image '{image.name}' shows {sides}. Bands 0, 1 and 2 hold {shares} of {whose}.")
+        return {"FINISHED"}
+
+
+def _show_in_editor(context: bpy.types.Context, image: bpy.types.Image) -> None:
+    """Put an image into an open Image Editor, if there is one."""
+    areas = context.screen.areas if context.screen else ()
+    editor = next((area for area in areas if area.type == "IMAGE_EDITOR"), None)
+    if editor:
+        editor.spaces.active.image = image
+
+
+CLASSES = (PRT_OT_show_light,)

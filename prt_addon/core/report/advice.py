@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What to do about each part of the error, in one line."""
+
+from __future__ import annotations
+
+from math import ceil, log2
+
+from .measures import Estimate, percent
+from .picture import Apart
+from .sampling import Sampling
+from .tessellation import Tessellation
+from .truncation import Truncation
+
+ENOUGH = 0.01
+"""An error that nobody sees, beside which nothing needs to be done."""
+
+_DECAY = 0.79  # four times the samples leave a third of the noise
+_WORTH_IT = 0.75  # what a remedy must leave of an error at most, to be named
+
+_GLOSS = 0.1  # an error of pictures beyond what transport usually leaves
+
+
+def about_sampling(part: Sampling, others: float, samples: int) -> str:
+    """Whether more samples would help, and how many.
+
+    Args:
+        others: the largest of the other parts.
+        samples: of the bake; 0 if it cast no rays.
+    """
+    if not part.relative_rms.is_known:
+        return "No light reaches the surface."
+    if not samples:
+        return "Unshadowed transport has no noise."
+    noise, goal = part.relative_rms.value, max(ENOUGH, others / 2.0)
+    if noise <= goal:
+        return f"{percent(noise)} of noise: more samples would not be seen."
+    times = 2 ** ceil(log2((noise / goal) ** (1.0 / _DECAY)))
+    left = percent(noise / times**_DECAY)
+    return f"Bake with {times * samples} samples: about {left} of noise would be left of {percent(noise)}."
+
+
+def about_truncation(part: Truncation, suns: float) -> str:
+    """Whether the order or a sun is to blame.
+
+    Args:
+        suns: share of the light that they carry.
+    """
+    if not part.relative_rms.is_known:
+        return "No light reaches the surface."
+    loss = part.relative_rms.value
+    sun = f"The sun carries {percent(suns)} of the light"
+    if loss <= ENOUGH:
+        return f"{percent(loss)}: order 2 is enough for this light."
+    if part.without_suns and part.without_suns.value <= _WORTH_IT * loss:
+        return f"{sun}: light it with a lamp; {percent(part.without_suns.value)} would be left of {percent(loss)}."
+    window = part.by_order[2].value
+    if window <= _WORTH_IT * loss:
+        return (
+            f"The light on the world is not its sky's: project it again, unwindowed; {percent(window)} would be left."
+        )
+    told = f"Order 3 would leave {percent(part.by_order[3].value)} of {percent(loss)}{_halved(part.by_order[3], loss)}."
+    return f"{sun}. {told}" if part.without_suns else told
+
+
+def about_tessellation(part: Tessellation, others: float) -> str:
+    """Whether the mesh is fine enough, and where it is not.
+
+    Args:
+        others: the largest of the other parts.
+    """
+    if not part.relative_rms.is_known:
+        return "No light reaches the surface."
+    error = part.relative_rms.value
+    if error <= max(ENOUGH, others / 2.0):
+        return f"{percent(error)} between vertices: a finer mesh would not be seen."
+    name, share = max(part.shares.items(), key=lambda item: item[1])
+    return f"Subdivide '{name}': {percent(share)} of the error between vertices sits there."
+
+
+def about_pictures(found: Apart) -> str:
+    """How far EEVEE's picture is from Cycles', and to which side."""
+    if not found.relative_rms.is_known:
+        return "No pixel shows a baked surface: point the camera at one."
+    bias = found.bias.value
+    if found.bias.low <= 0.0 <= found.bias.high or abs(bias) < 0.0005:
+        side = "with no bias"
+    else:
+        side = f"{percent(abs(bias))} too {'bright' if bias > 0.0 else 'dark'} in the mean"
+    more = "" if found.relative_rms.value <= _GLOSS else " Gloss, lamps and emission, if there are any, are in it."
+    return f"EEVEE's picture is {percent(found.relative_rms.value)} from Cycles', {side}.{more}"
+
+
+def _halved(estimate: Estimate, loss: float) -> str:
+    return ", half of it" if 0.4 * loss <= estimate.value <= 0.6 * loss else ""

@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The report as plain data, as JSON holds it: numbers with their intervals, and a line of advice for each part."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from math import isfinite
+from typing import Any
+
+from .advice import about_pictures, about_sampling, about_tessellation, about_truncation
+from .findings import Findings
+from .measures import CONVERGED, Estimate
+from .picture import Apart
+from .sampling import Sampling, sampling
+from .tessellation import Tessellation, tessellation
+from .total import Total, total
+from .truncation import Truncation, truncation
+
+VERSION = 1
+
+PARTS = ("SAMPLING", "TRUNCATION", "TESSELLATION")
+
+MEASURE = (
+    "radiance of a white surface, linear light, the world as it is turned: sqrt(mean |error|^2 / mean |truth|^2) over "
+    "points drawn by area and channels; value, low, high are the estimate and its 95 % interval"
+)
+
+Json = dict[str, Any]
+
+
+def surface_report(found: Sequence[Findings], suns: float, parts: Collection[str]) -> Json:
+    """All that was found, for all objects together and for each.
+
+    Args:
+        suns: share of the sky's light that its suns carry.
+        parts: which of `PARTS` are wanted.
+    """
+    everything = _numbers(found, parts)
+    return {
+        "measure": MEASURE,
+        "suns": {"share_of_light": _plain(suns)},
+        "all": everything | {"advice": _advice(found, suns, parts)},
+        "objects": [_about(one) | _numbers([one], parts) for one in found],
+    }
+
+
+def _about(one: Findings) -> Json:
+    about = {"points": len(one.weights), "area": _plain(one.area), "share_inside_others": _plain(one.inside)}
+    return {"name": one.name, "mode": one.mode, "samples": one.samples, **about}
+
+
+def _numbers(found: Sequence[Findings], parts: Collection[str]) -> Json:
+    numbers: Json = {"total": _total(total(found))}
+    if "SAMPLING" in parts:
+        numbers["sampling"] = _sampling(sampling(found))
+    if "TRUNCATION" in parts:
+        numbers["truncation"] = _truncation(truncation(found))
+    if "TESSELLATION" in parts:
+        numbers["tessellation"] = _tessellation(tessellation(found))
+    return numbers
+
+
+def _advice(found: Sequence[Findings], suns: float, parts: Collection[str]) -> Json:
+    noise, loss, bend = sampling(found), truncation(found), tessellation(found)
+    errors = [part.relative_rms.value for part in (noise, loss, bend)]
+    lines = {
+        "SAMPLING": about_sampling(noise, max(errors[1:]), max((one.samples for one in found), default=0)),
+        "TRUNCATION": about_truncation(loss, suns),
+        "TESSELLATION": about_tessellation(bend, max(errors[:2])),
+    }
+    return {part.lower(): line for part, line in lines.items() if part in parts}
+
+
+def _total(part: Total) -> Json:
+    return {"relative_rms": estimate(part.relative_rms), "bias": estimate(part.bias)}
+
+
+def _sampling(part: Sampling) -> Json:
+    return {"relative_rms": estimate(part.relative_rms), "percentile_95": estimate(part.percentile_95)}
+
+
+def _tessellation(part: Tessellation) -> Json:
+    shares = {name: _plain(share) for name, share in part.shares.items()}
+    return {"relative_rms": estimate(part.relative_rms), "share_of_squared_error": shares}
+
+
+def _truncation(part: Truncation) -> Json:
+    return {
+        "relative_rms": estimate(part.relative_rms),
+        "by_order": {str(order): estimate(one) for order, one in part.by_order.items()},
+        "without_suns": estimate(part.without_suns) if part.without_suns else None,
+        "reference_interval": _plain(part.reference_interval),
+        "reference_converged": part.reference_interval <= CONVERGED,
+    }
+
+
+def picture_report(found: Apart, flip: float | None) -> Json:
+    """A comparison of pictures."""
+    return {
+        "relative_rms": estimate(found.relative_rms),
+        "bias": estimate(found.bias),
+        "percentile_95": estimate(found.percentile_95),
+        "pixels": found.pixels,
+        "flip": None if flip is None else _plain(flip),
+        "note": None if flip is not None else "FLIP was left out: flip-evaluator is not installed for this Python.",
+        "advice": about_pictures(found),
+    }
+
+
+def estimate(number: Estimate) -> Json:
+    """A number and its interval; null where there was nothing to measure."""
+    return {"value": _plain(number.value), "low": _plain(number.low), "high": _plain(number.high)}
+
+
+def _plain(number: float) -> float | None:
+    """JSON knows no NaN; five digits are more than any interval leaves."""
+    return float(f"{number:.5g}") if isfinite(number) else None

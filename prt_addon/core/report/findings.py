@@ -1,0 +1,205 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One object measured: everything that the parts of a report are made of, at random points of its surface."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import sh
+from ..parallel import ALL_CORES, Workers
+from ..truth import trace_light
+from .fresh import fresh_transport
+from .measures import CONVERGED, reference_interval
+from .points import SurfacePoints, areas, scatter
+from .subject import ORDERS, Light, Subject, clamped, dot
+
+Float64 = npt.NDArray[np.float64]
+
+_MOST = 16  # times the samples, for a truth that is slow to converge
+INSIDE = 0.9  # share of rays that end on backs, in the midst of other geometry
+_FRESH_RAYS = 1 << 22  # of one object, for sampling and tessellation: about a second
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How much work a report may be.
+
+    points: of each object's surface.
+    samples: paths per point, twice; up to 16 times as many until the truth has converged.
+    seed: of all random numbers.
+    """
+
+    points: int = 512
+    samples: int = 256
+    seed: int = 0
+
+
+@dataclass(frozen=True)
+class Findings:
+    """Radiance that a white surface shows at n points, RGB; what is estimated comes twice, independently.
+
+    name: of the object.
+    weights: (n,) the area each point stands for.
+    shown: (n, 3) what the shader shows.
+    truth: (2, n, 3) what arrives.
+    kept: (2, n, 3) what the light stored on the world would show, of transport without noise.
+    orders: (2, 6, n, 3) the same of the sky in orders 1 to 6, none windowed.
+    sunless: (2, n, 3) what the stored order loses of the sky without its suns; None if it has none.
+    at_points: (2, m, 3) what fresh bakes show at m of the points, m < n where the bake had many samples, and
+    between: (2, m, 3) what they show there if they are made at the corners and interpolated.
+    fresh: (m,) which points these are.
+    inside: share of the surface that lies inside other geometry, and is left out.
+    mode, samples: of the bake; no samples where it cast no rays.
+    """
+
+    name: str
+    weights: Float64
+    shown: Float64
+    truth: Float64
+    kept: Float64
+    orders: Float64
+    sunless: Float64 | None
+    at_points: Float64
+    between: Float64
+    fresh: npt.NDArray[np.int64]
+    inside: float
+    mode: str
+    samples: int
+
+    @property
+    def area(self) -> float:
+        """Of the surface that is looked at."""
+        return float(self.weights.sum())
+
+
+def find(subject: Subject, light: Light, effort: Effort, workers: Workers = ALL_CORES) -> Findings:
+    """Cast the rays: at each point those of two bakes like the stored one, and those of two path tracers."""
+    surface = float(areas(subject.corners).sum())
+    points = scatter(subject.corners, subject.corner_receiver, subject.group.normals, effort.points, effort.seed)
+    seen, clear = _outside(subject, points, effort, workers)
+    weights = np.full(int(seen.sum()), surface / max(len(seen), 1))
+    points, clear = _some(points, seen), _some(clear, seen)
+
+    shown_light, sky = light.shown(subject.axes), light.sky(subject.axes)
+    stored = subject.transport[points.corners].astype(np.float64)
+    shown = clamped(points.between(dot(stored, shown_light)))
+
+    bounces = subject.scenery.bounces(subject.settings)
+    scene = subject.scenery.scene if subject.casts_rays else None
+    receivers = subject.receivers_at(points.positions, points.normals, np.arange(len(points)))
+
+    def trace(samples: int, seed: int) -> tuple[Float64, Float64]:
+        arrived = trace_light(scene, receivers, sky, samples, seed, bounces, ORDERS[-1], workers)
+        return arrived.radiance, arrived.transport
+
+    radiance, transport = _converged(trace, weights, effort)
+    projected = light.projected(subject.axes)
+    kept = _clamped_twice(dot(transport[:, :, : len(shown_light)], shown_light))
+    orders = [_clamped_twice(_truncated(transport, projected[0], order)) for order in ORDERS]
+    sunless = None
+    if light.suns.matter:
+        sunless = _clamped_twice(_truncated(transport, projected[1], sh.ORDER)) - radiance[:, :, 1]
+    fresh = _thinned(len(points), 2 * (1 + 3) * subject.settings.samples if subject.casts_rays else 1)
+    at_points, between = _fresh(subject, _some(clear, fresh), shown_light, effort, workers)
+    return Findings(
+        subject.group.name,
+        weights,
+        shown,
+        radiance[:, :, 0],
+        kept,
+        np.stack(orders, axis=1),
+        sunless,
+        at_points,
+        between,
+        fresh,
+        float(1.0 - seen.mean()) if len(seen) else 0.0,
+        subject.settings.mode,
+        subject.settings.samples if subject.casts_rays else 0,
+    )
+
+
+def _converged(
+    trace: Callable[[int, int], tuple[Float64, Float64]], weights: Float64, effort: Effort
+) -> tuple[Float64, Float64]:
+    """Two independent traces, radiance (2, n, P, 3) and transport (2, n, K, 3), of as many paths as it takes."""
+    radiance, transport = _both(trace, effort.samples, effort.seed)
+    samples = effort.samples
+    while samples < _MOST * effort.samples and reference_interval(radiance[:, :, 0], weights) > CONVERGED:
+        more = _both(trace, samples, effort.seed + samples)
+        radiance, transport = (radiance + more[0]) / 2.0, (transport + more[1]) / 2.0
+        samples *= 2
+    return radiance, transport
+
+
+def _both(trace: Callable[[int, int], tuple[Float64, Float64]], samples: int, seed: int) -> tuple[Float64, Float64]:
+    one, other = (trace(samples, 2 * seed + k) for k in (0, 1))
+    return np.stack([one[0], other[0]]), np.stack([one[1], other[1]])
+
+
+def _truncated(transport: Float64, light: Float64, order: int) -> Float64:
+    count = sh.coefficient_count(order)
+    return dot(transport[:, :, :count], light[:count])
+
+
+def _clamped_twice(radiance: Float64) -> Float64:
+    """Both replicates (2, n, 3) clamped where their mean is negative."""
+    return clamped(radiance, by=radiance.mean(axis=0)[None])
+
+
+def _thinned(count: int, rays: int) -> npt.NDArray[np.int64]:
+    """Which points get so many rays each: all, or evenly chosen ones that the budget allows."""
+    allowed = min(count, max(16, _FRESH_RAYS // rays))
+    return (np.arange(allowed) * count) // max(allowed, 1)
+
+
+def _fresh(
+    subject: Subject, points: SurfacePoints, light: Float64, effort: Effort, workers: Workers
+) -> tuple[Float64, Float64]:
+    """Radiance of two fresh bakes at m points, and between their corners: (2, m, 3) each.
+
+    A corner that several points share is baked anew for each, with a turn of its own: the points stay independent.
+    """
+    corners = points.corners.ravel()
+    ids = np.arange(len(corners) + len(points))
+    at_corners = subject.receivers_at(
+        subject.group.points[corners], subject.group.normals[corners], ids[: len(corners)]
+    )
+    at_points = subject.receivers_at(points.positions, points.normals, ids[len(corners) :])
+    found = []
+    for k in (1, 2):
+        seed = subject.settings.seed + 2 * effort.seed + k
+        here, there = (
+            dot(fresh_transport(subject, some, subject.settings.samples, seed, workers), light)
+            for some in (at_points, at_corners)
+        )
+        found.append((here, points.between(there.reshape(-1, 3, 3))))
+    here, between = (np.stack(one) for one in zip(*found, strict=True))
+    return _clamped_twice(here), _clamped_twice(between)
+
+
+def _outside(
+    subject: Subject, points: SurfacePoints, effort: Effort, workers: Workers
+) -> tuple[npt.NDArray[np.bool_], SurfacePoints]:
+    """Which points can be seen at all, and all points with no share in corners that cannot.
+
+    A bake fills receivers inside other geometry from their neighbours, because nobody sees them: an error there is none.
+    """
+    if not subject.casts_rays or not len(points):
+        return np.ones(len(points), dtype=np.bool_), points
+    around = subject.scenery.around
+    receivers = subject.receivers_at(points.positions, points.normals, np.arange(len(points)))
+    seen = around.backs(receivers, effort.seed, workers) <= INSIDE
+    corners, place = np.unique(points.corners, return_inverse=True)
+    receivers = subject.receivers_at(subject.group.points[corners], subject.group.normals[corners], corners)
+    clear = (around.backs(receivers, effort.seed, workers) <= INSIDE)[place.reshape(points.corners.shape)]
+    shares = np.where(clear, points.shares, 0.0)
+    whole = shares.sum(axis=1, keepdims=True)
+    return seen & (whole[:, 0] > 0.0), replace(points, shares=shares / np.where(whole > 0.0, whole, 1.0))
+
+
+def _some(points: SurfacePoints, index: npt.NDArray[np.int64] | npt.NDArray[np.bool_]) -> SurfacePoints:
+    return SurfacePoints(points.positions[index], points.normals[index], points.corners[index], points.shares[index])

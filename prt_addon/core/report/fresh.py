@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Transport baked anew, at whatever points, with as many rays as the bake had and in another pattern of noise.
+
+Two such replicates, independent of each other and of what is stored, are what sampling and tessellation are measured
+with. Halving one bake's own set of rays would not do: its points are spread so evenly that half of them leave more than
+twice the variance of the whole, and the noise would be overestimated.
+
+Light that bounces is gathered once, over the transport that is stored: the noise of far surfaces averages out there, and
+what is left is that of the receiver's own rays.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from ..bake import BakeSettings
+from ..gather import Gather
+from ..hits import KeptHits, trace, unpacked
+from ..parallel import ALL_CORES, Workers
+from ..transport import Receivers, shadowed, unshadowed
+from .subject import Scenery, Subject
+
+Float32 = npt.NDArray[np.float32]
+
+_ROUGHLY = 16  # rays per receiver that is not baked, where light bounces off it
+
+
+def fresh_transport(
+    subject: Subject, receivers: Receivers, samples: int, seed: int, workers: Workers = ALL_CORES
+) -> Float32:
+    """(n, 9, C) float32 transport of n receivers, C being 3 or, where all is grey or unbounced, 1.
+
+    Args:
+        subject: what they are points of.
+        receivers: made by `subject.receivers_at`.
+        samples: rays per receiver.
+        seed: of their random turns.
+    """
+    settings, scenery = subject.settings, subject.scenery
+    if not subject.casts_rays:
+        return unshadowed(receivers.normals)[:, :, None]
+    albedo = scenery.occluders.albedo
+    if settings.mode != "INTERREFLECTED" or albedo is None:
+        return shadowed(scenery.scene, receivers, samples, seed, workers)[:, :, None]
+    corner = scenery.corner_receiver
+    direct, hits = trace(scenery.scene, receivers, samples, seed, (corner >= 0).any(axis=1), workers)
+    gather = Gather(hits, albedo, corner, workers)
+    light = _bounced_from(scenery, settings, hits, workers).transpose(0, 2, 1)[:, : gather.channels]
+    return (direct[:, None, :] + gather(np.ascontiguousarray(light))).transpose(0, 2, 1)
+
+
+def _bounced_from(scenery: Scenery, settings: BakeSettings, hits: KeptHits, workers: Workers) -> Float32:
+    """(N, 9, 3) of all receivers: what is stored, and of those that are hit and not baked, their direct light."""
+    receivers = scenery.receivers
+    known = scenery.transport
+    if known is None:
+        known = np.full((len(receivers), 9, 3), np.nan, dtype=np.float32)
+    corners = scenery.corner_receiver[np.unique(unpacked(hits.packed)[0])]
+    hit = np.unique(corners[corners >= 0])
+    missing = hit[np.isnan(known[hit, 0, 0])]
+    filled = np.nan_to_num(known)
+    if len(missing):
+        some = Receivers(
+            receivers.points[missing], receivers.normals[missing], receivers.ids[missing], receivers.skips[missing]
+        )
+        filled[missing] = shadowed(scenery.scene, some, _ROUGHLY, settings.seed, workers)[:, :, None]
+    return filled

@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Two pictures of one thing: how far they are apart in linear light, and to the eye."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from .measures import TWO_SIDED_95, Estimate, percentile, product, ratio_of_means, relative_rms
+
+Float32 = npt.NDArray[np.float32]
+Float64 = npt.NDArray[np.float64]
+Bools = npt.NDArray[np.bool_]
+
+_OPAQUE = 0.99
+
+
+@dataclass(frozen=True)
+class Apart:
+    """How far a picture is from the truth, over the pixels that both show whole.
+
+    The intervals of the first two are those that the truth's own noise leaves: no other pixels could have been drawn.
+
+    relative_rms: as in `measures`, every pixel counting alike.
+    bias: by how much it is too bright, as a share of the truth's mean.
+    percentile_95: what 95 % of the pixels' errors stay below, as a share of the truth's RMS; noise included.
+    pixels: how many were compared.
+    """
+
+    relative_rms: Estimate
+    bias: Estimate
+    percentile_95: Estimate
+    pixels: int
+
+
+def compared(ours: Float32, truths: Float32) -> Bools:
+    """(H, W) pixels that our picture (H, W, 4) and both of the truth's (2, H, W, 4) show whole."""
+    opaque: Bools = np.minimum(ours[..., 3], truths[..., 3].min(axis=0)) > _OPAQUE
+    return opaque
+
+
+def apart(ours: Float32, truths: Float32) -> Apart:
+    """Measure a picture (H, W, 4) against two independently rendered ones of the truth (2, H, W, 4), linear light."""
+    mask = compared(ours, truths)
+    truth = truths[:, mask, :3].astype(np.float64)
+    errors = ours[mask][:, :3] - truth
+    squares, whole, weights = product(*errors), product(*truth), np.ones(int(mask.sum()))
+    noise = ((truth[0] - truth[1]) ** 2).mean(axis=-1) / 2.0
+    mean, error = truth.mean(axis=(0, 2)), errors.mean(axis=(0, 2))
+    rms = relative_rms(squares, whole, weights)
+    bias = ratio_of_means(error, mean, weights)
+    if not rms.is_known:
+        return Apart(rms, bias, rms, len(weights))
+    spread = float((2.0 * np.maximum(squares, 0.0) * noise + noise**2).sum()) / float(whole.sum()) ** 2
+    margin = TWO_SIDED_95 * float(np.sqrt(spread))
+    low, high = np.sqrt(np.maximum(rms.value**2 + np.array((-margin, margin)), 0.0))
+    bias_margin = TWO_SIDED_95 * float(np.sqrt(noise.sum() / 2.0)) / float(mean.sum())
+    local = np.sqrt((errors.mean(axis=0) ** 2).mean(axis=-1) / whole.mean())
+    return Apart(
+        Estimate(rms.value, float(low), float(high)),
+        Estimate(bias.value, bias.value - bias_margin, bias.value + bias_margin),
+        percentile(local, weights, 0.95),
+        len(weights),
+    )
+
+
+def flip(ours: Float32, truth: Float32, mask: Bools) -> float | None:
+    """Mean FLIP error in [0, 1] of displayed pictures (H, W, 3), sRGB-encoded, in [0, 1], over (H, W) pixels.
+
+    Andersson et al. 2020, "FLIP: A Difference Evaluator for Alternating Images", by its authors' own package
+    `flip-evaluator`, at the default 67 pixels per degree. None where that is not installed, as in Blender itself.
+    """
+    try:
+        from flip_evaluator import evaluate
+    except ImportError:
+        return None
+    error, _, _ = evaluate(*(np.ascontiguousarray(one) for one in (truth, ours)), "LDR", applyMagma=False)
+    return float(np.asarray(error)[..., 0][mask].mean()) if mask.any() else None

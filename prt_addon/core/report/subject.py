@@ -1,0 +1,178 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a report is about: a baked surface, all that shades it, and the light it is looked at in."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..bake import BakeSettings, Occluders, ReceiverGroup
+from ..buried import Surroundings
+from ..envmap import project_equirect
+from ..raycast import RayScene
+from ..rotation import rotation_matrix
+from ..skylight import Skylight
+from ..transport import Receivers
+from ..truth import Bounces
+from .suns import Suns, find_suns
+
+Float32 = npt.NDArray[np.float32]
+Float64 = npt.NDArray[np.float64]
+Int64 = npt.NDArray[np.int64]
+
+ORDERS = (1, 2, 3, 4, 5, 6)
+"""That a report tells the truncation of."""
+
+_PATIENCE = 16  # bounces traced where a bake went on until its tolerance: less than 3 % of an albedo of 0.8 is left
+
+
+class Light:
+    """The light on the world: the sky as it is, and what the shader is given of it."""
+
+    def __init__(self, picture: Float32, turn: Float64, stored: Float64) -> None:
+        """
+        Args:
+            picture: (H, W, 3) equirectangular radiance, strength included, row 0 at the bottom.
+            turn: (3, 3) R: along w, the sky shows what the picture holds along R w.
+            stored: (9, 3) the SH light as it is shown: turned, scaled, windowed.
+        """
+        self.suns: Suns = find_suns(picture)
+        self.pictures: Float32 = np.stack([picture, self.suns.without] if self.suns.matter else [picture])
+        self.turn, self.stored = turn, stored
+        self._projected = [project_equirect(one, ORDERS[-1]) for one in self.pictures]
+
+    def sky(self, axes: Float64) -> Skylight:
+        """The sky along directions in axes (3, 3), whose columns are the world's directions of them."""
+        return Skylight(self.pictures, self.turn @ axes)
+
+    def shown(self, axes: Float64) -> Float64:
+        """(9, 3) the stored light in these axes."""
+        return rotation_matrix(axes.T) @ self.stored
+
+    def projected(self, axes: Float64) -> list[Float64]:
+        """(49, 3) the projection of each picture in these axes."""
+        matrix = rotation_matrix((self.turn @ axes).T, ORDERS[-1])
+        return [matrix @ one for one in self._projected]
+
+
+@dataclass(frozen=True)
+class Scenery:
+    """Surfaces that shade each other, and the transport of all that stands there.
+
+    groups: as the bake had them, in the order that `occluders.corner_receiver` counts their receivers.
+    transport: (N, 9, 3) float32 of all these receivers; NaN where nothing is baked. Needed where light bounces.
+    """
+
+    occluders: Occluders
+    groups: Sequence[ReceiverGroup]
+    transport: Float32 | None = None
+
+    @cached_property
+    def scene(self) -> RayScene:
+        """To cast rays at."""
+        return RayScene(self.occluders.vertices, self.occluders.triangles)
+
+    @cached_property
+    def around(self) -> Surroundings:
+        """To tell what lies inside."""
+        return Surroundings(self.scene, self.occluders.vertices, self.occluders.triangles)
+
+    @cached_property
+    def corner_receiver(self) -> Int64:
+        """(T, 3) the receiver at each corner of a triangle, -1 for none."""
+        found = self.occluders.corner_receiver
+        return np.full(self.occluders.triangles.shape, -1, dtype=np.int64) if found is None else found
+
+    @cached_property
+    def receivers(self) -> Receivers:
+        """All of them."""
+        return Receivers(
+            self.scene.normalised(np.concatenate([group.points for group in self.groups])),
+            np.concatenate([group.normals for group in self.groups]),
+            np.concatenate([np.arange(len(group)) for group in self.groups]),
+            np.concatenate([np.full(len(group), self.scene.skip_length(group.radius)) for group in self.groups]),
+        )
+
+    def bounces(self, settings: BakeSettings) -> Bounces | None:
+        """How paths go on from these surfaces, if the bake had light bounce."""
+        if not bounce_count(settings) or self.occluders.albedo is None:
+            return None
+        corner = self.corner_receiver
+        return Bounces(
+            bounce_count(settings),
+            self._corners,
+            np.where((corner >= 0)[..., None], self.receivers.normals[corner], 0.0),
+            (corner >= 0).any(axis=1),
+            self.occluders.albedo,
+        )
+
+    @cached_property
+    def _corners(self) -> Float64:
+        return self.scene.normalised(self.occluders.vertices)[self.occluders.triangles]
+
+
+@dataclass(frozen=True)
+class Subject:
+    """One baked object.
+
+    group: its receivers.
+    settings: what it was baked with.
+    transport: (n, 9, 3) float32 what is stored, per receiver.
+    corners: (T, 3, 3) its triangles, in the axes of its receivers.
+    corner_receiver: (T, 3) its own receivers at them.
+    scenery: what shades it.
+    axes: (3, 3) columns: the axes of its receivers in the world.
+    """
+
+    group: ReceiverGroup
+    settings: BakeSettings
+    transport: Float32
+    corners: Float64
+    corner_receiver: Int64
+    scenery: Scenery
+    axes: Float64
+
+    @property
+    def bounce_count(self) -> int:
+        """How often its light bounces, as paths are traced."""
+        return bounce_count(self.settings)
+
+    @property
+    def casts_rays(self) -> bool:
+        """Whether anything shades it at all."""
+        return self.settings.mode != "UNSHADOWED"
+
+    def receivers_at(self, positions: Float64, normals: Float64, ids: Int64) -> Receivers:
+        """Points of the object as receivers of rays, with its own skip."""
+        if not self.casts_rays:
+            return Receivers(positions, normals, ids, np.zeros(len(ids)))
+        scene = self.scenery.scene
+        skips = np.full(len(ids), scene.skip_length(self.group.radius))
+        return Receivers(scene.normalised(positions), normals, ids, skips)
+
+
+def bounce_count(settings: BakeSettings) -> int:
+    """How often light bounces along the paths that a bake is judged by."""
+    if settings.mode != "INTERREFLECTED":
+        return 0
+    return _PATIENCE if settings.tolerance > 0.0 else settings.bounces
+
+
+def clamped(radiance: Float64, *, by: Float64 | None = None) -> Float64:
+    """What the shader shows of a dot product: nothing below zero.
+
+    Args:
+        radiance: (..., 3).
+        by: the same without noise, whose sign then decides: a clamp of noise would be a bias.
+    """
+    return np.where((radiance if by is None else by) > 0.0, radiance, 0.0)
+
+
+def dot(transport: npt.NDArray[np.floating[Any]], light: Float64) -> Float64:
+    """(..., 3) what transport (..., K, C) shows under a light (K, 3), channel by channel; C is 1 or 3."""
+    return np.asarray(np.einsum("...kc,kc->...c", transport, light[: transport.shape[-2]]), dtype=np.float64)

@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The part of the error that more bands take away: nine coefficients know only the broad shape of a light.
+
+The sky in full resolution is traced directly, bounces included, and the same rays are weighed with the band-limited
+sky: the difference is the truncation's alone, with no noise of a bake and no error between vertices in it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import nan
+
+import numpy as np
+
+from .findings import Findings
+from .measures import Estimate, product, reference_interval, relative_rms
+from .pool import pooled
+from .subject import ORDERS
+
+
+@dataclass(frozen=True)
+class Truncation:
+    """What the stored order loses of this light on this mesh, as a share of the true radiance's RMS.
+
+    relative_rms: with the light as it is stored on the world, its window included.
+    by_order: what orders 1 to 6 lose of the plain sky.
+    without_suns: what the stored order would lose if the sky's suns were lamps; None if it has none.
+    reference_interval: half the 95 % interval of the truth at a point, that is, of the yardstick itself; the largest
+        of the objects.
+    """
+
+    relative_rms: Estimate
+    by_order: dict[int, Estimate]
+    without_suns: Estimate | None
+    reference_interval: float
+
+
+def truncation(found: Sequence[Findings]) -> Truncation:
+    """The truncation on the surface of some objects."""
+    without_suns = None
+    if any(one.sunless is not None for one in found):
+        without_suns = relative_rms(
+            *pooled(found, lambda one: product(*one.sunless) if one.sunless is not None else np.zeros(len(one.weights)))
+        )
+    return Truncation(
+        relative_rms(*pooled(found, lambda one: product(*(one.kept - one.truth)))),
+        {
+            order: relative_rms(*pooled(found, lambda one, k=k: product(*(one.orders[:, k] - one.truth))))  # type: ignore[misc]
+            for k, order in enumerate(ORDERS)
+        },
+        without_suns,
+        max((reference_interval(one.truth, one.weights) for one in found), default=nan),
+    )

@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The sky in full resolution, looked up and drawn from: what a bake in nine coefficients is judged by."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from .errors import PictureError
+
+Float32 = npt.NDArray[np.float32]
+Float64 = npt.NDArray[np.float64]
+Int64 = npt.NDArray[np.int64]
+
+MAX_WIDTH = 4096
+"""Of pictures as they are looked up: texels of 0.09 degrees, a sixth of the sun's disc. Wider ones are averaged down."""
+
+
+class Skylight:
+    """Equirectangular pictures of one sky, and directions drawn by the brightness of the first.
+
+    Within a texel the radiance is constant, as `envmap.project_equirect` has it. Directions are drawn by the
+    inverse of the cumulated flux, row by row (Pharr, Jakob & Humphreys, "Physically Based Rendering", section
+    "Infinite Area Lights"); within a texel they are uniform in solid angle, so that their density is the texel's
+    brightness over the whole flux, exactly.
+    """
+
+    def __init__(self, pictures: Float32, turn: npt.ArrayLike) -> None:
+        """
+        Args:
+            pictures: (P, H, W, 3) linear radiance, row 0 at the bottom; the first one tells where to look.
+            turn: (3, 3) R: along w, the sky shows what the pictures hold along R w.
+
+        Raises:
+            PictureError: if a texel is NaN or infinite.
+        """
+        if not np.isfinite(pictures).all():
+            raise PictureError("The sky holds NaN or infinite radiance: repair its picture and load it again.")
+        self.count, self.height, self.width = pictures.shape[:3]
+        self._texels = np.ascontiguousarray(np.moveaxis(pictures, 0, 2)).reshape(-1, self.count, 3)
+        self._turn = np.asarray(turn, dtype=np.float64)
+        edges = np.sin(np.pi * (np.arange(self.height + 1) / self.height - 0.5))
+        self._edges: Float64 = edges
+        solid_angle = 2.0 * np.pi / self.width * np.diff(edges)
+        brightness = np.maximum(pictures[0].astype(np.float64).mean(axis=-1), 0.0)
+        self._ends: Float64 = np.cumsum(brightness * solid_angle[:, None]).reshape(self.height, self.width)
+        self.flux = float(self._ends[-1, -1])
+        """Brightness (the mean of the channels) integrated over the sphere."""
+        self._brightness = brightness.ravel()
+
+    def radiance(self, directions: Float64) -> Float64:
+        """(N, P, 3) what each picture shows along unit vectors (N, 3)."""
+        return self._texels[self._texel(directions @ self._turn.T)].astype(np.float64)
+
+    def density(self, directions: Float64) -> Float64:
+        """(N,) probability per steradian that `draw` returns unit vectors (N, 3)."""
+        if not self.flux:
+            return np.zeros(len(directions))
+        return self._brightness[self._texel(directions @ self._turn.T)] / self.flux
+
+    def draw(self, uniform: Float64) -> Float64:
+        """(N, 3) unit vectors of numbers (N, 2) in [0, 1): the first chooses the row, the second the place in it."""
+        row, up = _inverted(self._ends[:, -1], uniform[:, 0] * self.flux)
+        before = np.where(row > 0, self._ends[row - 1, -1], 0.0)
+        brightness = before + uniform[:, 1] * (self._ends[row, -1] - before)
+        texel, along = _inverted(self._ends.ravel(), brightness)
+        row, column = np.divmod(texel, self.width)  # rounding may have crossed into a neighbour
+        z = self._edges[row] + up * (self._edges[row + 1] - self._edges[row])
+        azimuth = 2.0 * np.pi * (0.5 - (column + along) / self.width)
+        ring = np.sqrt(np.maximum(0.0, 1.0 - z * z))
+        return np.stack([ring * np.cos(azimuth), ring * np.sin(azimuth), z], axis=-1) @ self._turn
+
+    def _texel(self, looked_up: Float64) -> Int64:
+        """(N,) index of the texel along unit vectors in the picture's own axes."""
+        x, y, z = looked_up.T
+        row = np.floor((0.5 + np.arcsin(np.clip(z, -1.0, 1.0)) / np.pi) * self.height).astype(np.int64)
+        column = np.floor((0.5 - np.arctan2(y, x) / (2.0 * np.pi)) * self.width).astype(np.int64) % self.width
+        texel: Int64 = np.clip(row, 0, self.height - 1) * self.width + column
+        return texel
+
+
+def _inverted(ends: Float64, amount: Float64) -> tuple[Int64, Float64]:
+    """Where amounts (N,) fall among runs that end at `ends`: which run, and how far into it, in [0, 1]."""
+    run = np.minimum(np.searchsorted(ends, amount, side="right"), len(ends) - 1)
+    start = np.where(run > 0, ends[run - 1], 0.0)
+    length = ends[run] - start
+    return run, np.clip((amount - start) / np.where(length > 0.0, length, 1.0), 0.0, 1.0)
+
+
+def handy(picture: Float32) -> Float32:
+    """A picture (H, W, 3), averaged down by a whole number if it is wider than `MAX_WIDTH`."""
+    height, width = picture.shape[:2]
+    step = -(-width // MAX_WIDTH)
+    if step == 1 or height % step or width % step:
+        return picture
+    return (
+        picture.reshape(height // step, step, width // step, step, 3)
+        .mean(axis=(1, 3), dtype=np.float64)
+        .astype(np.float32)
+    )

@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Baked objects and the world's light, read as a report wants them; and the last report, kept with the scene."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import bpy
+import numpy as np
+import numpy.typing as npt
+
+from ..core.errors import LightError, MeshError
+from ..core.report.subject import Light, Scenery, Subject
+from ..core.skylight import handy
+from . import gather, light, transport_layers
+from .meshes import ObjectReceivers, read_surface
+from .projection import sky_picture
+from .record import BakeRecord, read_record
+from .sky import read_sky
+
+LAST_REPORT = "prt_report"
+"""Custom property of the scene: the latest report, as JSON."""
+
+
+@dataclass(frozen=True)
+class Baked:
+    """One baked object: what is measured of it, and where its receivers show."""
+
+    ob: bpy.types.Object
+    subject: Subject
+    receivers: ObjectReceivers
+
+
+def baked_objects(context: bpy.types.Context) -> list[bpy.types.Object]:
+    """The baked ones of the selected meshes, or of all that render.
+
+    Raises:
+        MeshError: if none is baked.
+    """
+    objects = [ob for ob in gather.objects_to_bake(context) if transport_layers.is_baked(ob.data)]
+    if not objects:
+        raise MeshError("None of these objects is baked: bake one (prt.bake), then report on it.")
+    return objects
+
+
+def read_baked(context: bpy.types.Context, objects: Sequence[bpy.types.Object]) -> list[Baked]:
+    """What the stored transport of objects has to answer for. To be called in Object Mode.
+
+    Raises:
+        MeshError: for an object that was changed since its bake so that the layers fit it no more.
+    """
+    records = [_record(ob) for ob in objects]
+    bounces = any(record.settings.mode == "INTERREFLECTED" for record in records)
+    plan = gather.gather(context, objects, bounces)
+    stored = [_per_receiver(ob, receivers) for ob, receivers in zip(objects, plan.receivers, strict=True)]
+    staying = [group for group in plan.groups if group.own is None]
+    known = [one for one, receivers in zip(stored, plan.receivers, strict=True) if receivers.group.own is None]
+    unknown = sum(map(len, staying)) - sum(map(len, known))
+    everything = np.concatenate([*known, np.full((unknown, 9, 3), np.nan, dtype=np.float32)])
+    together = Scenery(plan.occluders, staying, everything)
+    depsgraph = context.evaluated_depsgraph_get()
+    baked = []
+    for ob, record, receivers, transport in zip(objects, records, plan.receivers, stored, strict=True):
+        group = receivers.group
+        scenery = Scenery(group.own, [group], transport) if group.own else together
+        evaluated = ob.evaluated_get(depsgraph)
+        matrix = np.array(gather.own_axes_matrix(evaluated) if group.own else evaluated.matrix_world)
+        surface = read_surface(evaluated.to_mesh(), matrix)
+        evaluated.to_mesh_clear()
+        subject = Subject(
+            group,
+            record.settings,
+            transport,
+            surface.vertices[surface.triangles],
+            receivers.at_corners(surface),
+            scenery,
+            _axes(evaluated) if group.own else np.eye(3),
+        )
+        baked.append(Baked(ob, subject, receivers))
+    return baked
+
+
+def read_light(scene: bpy.types.Scene) -> Light:
+    """The light that is on the scene's world, and the sky it stands for.
+
+    Raises:
+        LightError: if the world carries no light, or one that is not its sky's.
+        PictureError: if the sky's picture cannot be read.
+    """
+    picture, turn = sky_as_projected(scene)
+    stored = light.shown_light(scene.world)
+    return Light(handy(picture) * np.float32(scene.world[light.STRENGTH]), turn, stored)
+
+
+def sky_as_projected(scene: bpy.types.Scene) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float64]]:
+    """The sky of the scene's world in full resolution: (H, W, 3) equirectangular radiance at strength 1, row 0 at the
+    bottom, and the (3, 3) turn R under which the world shows along w what the picture holds along R w.
+
+    Raises:
+        LightError, PictureError: if it cannot be read; the message says why.
+    """
+    sky = read_sky(scene)
+    if not light.has_light(scene.world) or not light.is_projected(scene.world):
+        raise LightError(
+            f"World '{scene.world.name}' carries no light that follows its sky: project it first (prt.project_light)."
+        )
+    bpy.context.view_layer.update()  # the drivers' latest word
+    return sky_picture(sky), light.read_turn(scene.world)
+
+
+def keep(scene: bpy.types.Scene, document: dict[str, Any]) -> None:
+    """Keep a report with the scene, for the panel and for scripts."""
+    scene[LAST_REPORT] = json.dumps(document)
+
+
+def last_report(scene: bpy.types.Scene) -> dict[str, Any] | None:
+    """The latest report of a scene."""
+    text = scene.get(LAST_REPORT)
+    return json.loads(text) if isinstance(text, str) else None
+
+
+def forget(scene: bpy.types.Scene) -> None:
+    """Drop it."""
+    if LAST_REPORT in scene:
+        del scene[LAST_REPORT]
+
+
+def _record(ob: bpy.types.Object) -> BakeRecord:
+    record = read_record(ob.data)
+    if record is None or not record.settings.samples:
+        raise MeshError(f"The transport of '{ob.name}' was not baked here: bake it, then report on it.")
+    if record.space != ob.prt.space:
+        was, now = record.space.title(), ob.prt.space.title()
+        raise MeshError(f"'{ob.name}' was baked for '{was}' and is now set to '{now}': bake it again.")
+    return record
+
+
+def _per_receiver(ob: bpy.types.Object, receivers: ObjectReceivers) -> npt.NDArray[np.float32]:
+    """(receivers, 9, 3) the stored transport."""
+    stored = transport_layers.read(ob.data)
+    domain = ob.data.attributes[transport_layers.LAYERS[0]].domain
+    if domain != receivers.domain or len(stored) != len(receivers.element_receiver):
+        raise MeshError(f"The transport of '{ob.name}' does not fit its mesh as it is now: bake it again.")
+    transport = np.zeros((len(receivers.group), *stored.shape[1:]), dtype=np.float32)
+    transport[receivers.element_receiver] = stored
+    return transport
+
+
+def _axes(ob: bpy.types.Object) -> npt.NDArray[np.float64]:
+    """(3, 3) columns: an object's own axes in the world, as the shader finds them."""
+    columns = np.array(ob.matrix_world)[:3, :3]
+    axes: npt.NDArray[np.float64] = columns / np.linalg.norm(columns, axis=0)
+    return axes

@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One bake of a scene: everything is checked and read first, and written once the whole result is there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import bpy
+import numpy as np
+import numpy.typing as npt
+
+from ..core import raycast
+from ..core.bake import BakeSettings, ReceiverGroup
+from ..core.errors import MeshError
+from ..core.pieces import Question
+from . import freshness, gather, light, prepare, shading, sky, transport_layers
+from .modes import object_mode
+from .prepare import Preparation
+from .projection import Windowing, project
+
+
+class WholeBake:
+    """What is to be baked, read when this is made; `write` puts the result into the file.
+
+    settings: of the bake.
+    plan: what takes part.
+    """
+
+    def __init__(
+        self,
+        context: bpy.types.Context,
+        settings: BakeSettings,
+        allowed: Preparation,
+        projected: Windowing | None = None,
+        with_shading: bool = False,
+    ) -> None:
+        """
+        Args:
+            allowed: what may be done to meshes that cannot hold the result.
+            projected: how the world is projected, too; not if None.
+            with_shading: whether materials are relit, too.
+
+        Raises:
+            PRTError: whatever is wrong with the scene, before any work.
+        """
+        if settings.mode != "UNSHADOWED":
+            raycast.require()
+        objects = gather.objects_to_bake(context)
+        if with_shading:
+            shading.check_materials(objects)
+        self._light = None
+        if projected:
+            here = sky.read_sky(context.scene)
+            light.check_world(here.world)
+            self._light = project(here, projected)
+        with object_mode(context):
+            self.plan = gather.gather(context, objects, settings.mode == "INTERREFLECTED", allowed)
+        self.settings = settings
+        self._allowed, self._with_shading = allowed, with_shading
+        self._names = [ob.name_full for ob in objects]
+
+    @property
+    def summary(self) -> str:
+        """What is baked, in words."""
+        count = sum(len(receivers.group) for receivers in self.plan.receivers)
+        return f"{len(self._names)} object(s), {count:,} receivers"
+
+    @property
+    def question(self) -> Question:
+        """What its pieces must answer."""
+        settings = self.settings
+        receivers = sum(map(len, self.plan.groups))
+        return Question(self.plan.fingerprint, settings.mode, settings.samples, settings.seed, receivers)
+
+    def concerns(self, group: ReceiverGroup) -> bool:
+        """Whether a group is baked, and not only bounces light at those that are."""
+        return any(group is receivers.group for receivers in self.plan.receivers)
+
+    def write(self, context: bpy.types.Context, results: Sequence[npt.NDArray[np.float32]]) -> list[tuple[str, str]]:
+        """Write the transport of all groups of the plan, and light and shading if asked for.
+
+        Returns:
+            Sentences for the person, each with its kind: WARNING or INFO.
+
+        Raises:
+            PRTError: before anything is written, if the scene is no longer what was read.
+        """
+        objects = [_still_there(name) for name in self._names]
+        here = sky.read_sky(context.scene) if self._light else None  # refuses before writing
+        with object_mode(context):
+            with prepare.own_meshes(context, objects, self._allowed) as own:
+                for ob, receivers in zip(objects, self.plan.receivers, strict=True):
+                    gather.check_unchanged(ob, own.mesh_of(ob), receivers)
+            for ob, receivers, transport, evidence in zip(
+                objects, self.plan.receivers, results, self.plan.evidence, strict=False
+            ):
+                transport_layers.write(
+                    ob.data,
+                    receivers.domain,
+                    transport,
+                    receivers.element_receiver,
+                    self.settings,
+                    "OBJECT" if receivers.group.own else "SCENE",
+                    evidence,
+                )
+        freshness.note_baked(objects)
+        notes = list(own.notes)
+        if here and self._light:
+            light.write_light(here, self._light)
+            notes += self._light.sentences
+        warnings = shading.add_shading(objects) if self._with_shading else []
+        return [*(("WARNING", warning) for warning in warnings), *(("INFO", note) for note in notes)]
+
+
+def _still_there(name: str) -> bpy.types.Object:
+    ob = bpy.data.objects.get(name)
+    if ob is None:
+        raise MeshError(f"Object '{name}' was removed or renamed during the bake; nothing was changed.")
+    return ob

@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Pictures against each other: the noise of the truth is not counted, and what one of them hides is left out."""
+
+import sys
+
+import numpy as np
+import pytest
+
+from prt_addon.core.report.picture import apart, compared, flip
+
+SHAPE = (40, 60)
+
+
+def pictures(error, noise, seed=1):
+    """A truth of about one, twice with noise, and a picture that is off by `error` everywhere."""
+    rng = np.random.default_rng(seed)
+    truth = np.ones((*SHAPE, 4), dtype=np.float32)
+    truth[..., :3] = rng.uniform(0.5, 1.5, (*SHAPE, 3))
+    ours = truth.copy()
+    ours[..., :3] += error
+    both = np.stack([truth, truth])
+    both[..., :3] += noise * rng.normal(size=(2, *SHAPE, 3))
+    return ours, both, truth
+
+
+def test_noise_is_no_error():
+    """An error of 2 % under noise of 10 %: found, with an interval that holds it 19 times in 20."""
+    inside = 0
+    for seed in range(100):
+        ours, both, truth = pictures(0.02, 0.1, seed)
+        found = apart(ours, both)
+        wanted = 0.02 / np.sqrt((truth[..., :3] ** 2).mean())
+        inside += found.relative_rms.low < wanted < found.relative_rms.high
+        assert abs(found.relative_rms.value - wanted) < 0.015
+    assert inside >= 88
+
+
+def test_bias_and_percentile():
+    """Too bright by 2 % of the mean; without noise the 95th percentile is the error itself."""
+    ours, both, truth = pictures(0.02, 0.0)
+    found = apart(ours, both)
+    assert found.bias.value == pytest.approx(0.02 / truth[..., :3].mean(), rel=1e-3)
+    assert found.percentile_95.value == pytest.approx(found.relative_rms.value, rel=1e-3)
+    assert found.pixels == SHAPE[0] * SHAPE[1]
+
+
+def test_only_what_all_show_whole_is_compared():
+    """Transparent pixels of any picture are left out; none left is unknown."""
+    ours, both, _ = pictures(0.02, 0.0)
+    wanted = apart(ours, both).relative_rms.value
+    ours[:10, :, :] = 0.0
+    both[1, :, :10, 3] = 0.5
+    assert compared(ours, both).sum() == 30 * 50
+    assert apart(ours, both).relative_rms.value == pytest.approx(wanted, rel=0.02)
+    both[..., 3] = 0.0
+    assert not apart(ours, both).relative_rms.is_known
+
+
+def test_flip_is_its_authors(monkeypatch):
+    """Nothing for equal pictures, more for a larger difference, and left out where the package is missing."""
+    everywhere = np.ones(SHAPE, dtype=bool)
+    grey = np.full((*SHAPE, 3), 0.5, dtype=np.float32)
+    assert flip(grey, grey, everywhere) == pytest.approx(0.0, abs=1e-5)
+    little, much = (flip(grey + step, grey, everywhere) for step in (np.float32(0.05), np.float32(0.3)))
+    assert 0.0 < little < much < 1.0
+    half = everywhere.copy()
+    half[:20] = False
+    below = grey.copy()
+    below[20:] += np.float32(0.3)
+    assert flip(below, grey, half) > 0.9 * much
+    monkeypatch.setitem(sys.modules, "flip_evaluator", None)
+    assert flip(grey, grey, everywhere) is None

@@ -1,0 +1,236 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Pieces in a folder: bakes that resume, and shards that merge, have the bits of a bake in one go."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import prt_addon.core.bake as bake_module
+from prt_addon.core.bake import BakeSettings, Run, bake_all, ray_count, trace_shard
+from prt_addon.core.errors import Cancelled, ShardError
+from prt_addon.core.parallel import Workers
+from prt_addon.core.pieces import PieceFolder, Question, Shard
+from prt_addon.core.raycast import RayScene
+from tests.core.test_interreflection import corner, patterned
+
+MODES = ["SHADOWED", "INTERREFLECTED"]
+SETTINGS = BakeSettings("INTERREFLECTED", samples=32, seed=2)
+
+
+@pytest.fixture(autouse=True)
+def small_pieces(monkeypatch):
+    """Many per object, and some that end inside of one."""
+    monkeypatch.setattr(bake_module, "_RAYS_IN_A_PIECE", 32 * 29)
+
+
+def scene():
+    """Three surfaces; the last one is baked by itself, and its receivers count on."""
+    groups, occluders = corner(9)
+    alone, own = corner(6)
+    part = len(alone[0])
+    triangles = own.triangles[: len(own.triangles) // 3]
+    own = replace(own, triangles=triangles, corner_receiver=triangles.astype(np.int64), albedo=None)
+    return [groups[0], replace(alone[0], own=replace(own, vertices=own.vertices[:part])), *groups[1:]], patterned(
+        occluders
+    )
+
+
+def question(groups, settings, fingerprint="the scene"):
+    return Question(fingerprint, settings.mode, settings.samples, settings.seed, sum(map(len, groups)))
+
+
+def folder_of(tmp_path, settings=SETTINGS, shard=None, fingerprint="the scene"):
+    return PieceFolder(tmp_path, question(scene()[0], settings, fingerprint), shard)
+
+
+def bake_shards(tmp_path, count, settings=SETTINGS, indices=None):
+    groups, occluders = scene()
+    for index in range(count) if indices is None else indices:
+        shard = Shard(index, count)
+        trace_shard(groups, occluders, settings, shard, Run(pieces=folder_of(tmp_path, settings, shard)))
+
+
+def assert_same(results, expected):
+    for one, other in zip(results, expected, strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+@pytest.fixture
+def no_rays(monkeypatch):
+    """Casting one is an error from when this is called. (A few are, to look for receivers inside of others: none here.)"""
+
+    def forbid():
+        def refuse(*_):
+            raise AssertionError("a ray was cast")
+
+        monkeypatch.setattr(RayScene, "visible", refuse)
+        monkeypatch.setattr(bake_module, "trace", refuse)
+
+    return forbid
+
+
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("count", [1, 2, 5])
+def test_shards_merge_to_the_bits_of_one_bake(tmp_path, mode, count, no_rays):
+    """In any order; the merge casts no rays."""
+    groups, occluders = scene()
+    settings = replace(SETTINGS, mode=mode)
+    expected = bake_all(groups, occluders, settings)
+    bake_shards(tmp_path, count, settings, reversed(range(count)))
+    pieces = folder_of(tmp_path, settings)
+    pieces.check_complete()
+    no_rays()
+    told = []
+    assert_same(bake_all(groups, occluders, settings, Run(Workers(progress=told.append), pieces=pieces)), expected)
+    assert sum(told) == ray_count(groups, settings)
+
+
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("after", [0, 1, 7])
+def test_a_stopped_bake_resumes_to_the_same_bits(tmp_path, mode, after, no_rays):
+    """Wherever it was stopped, and in pieces of another size; a third time needs no rays at all."""
+    groups, occluders = scene()
+    settings = replace(SETTINGS, mode=mode)
+    expected = bake_all(groups, occluders, settings)
+    pieces = folder_of(tmp_path, settings)
+    calls = 0
+
+    def stop(rays):
+        nonlocal calls
+        calls += rays > 0
+        if calls > after:
+            raise Cancelled("enough")
+
+    with pytest.raises(Cancelled):
+        bake_all(groups, occluders, settings, Run(Workers(progress=stop), pieces=pieces))
+    saved = set(tmp_path.iterdir())
+    assert len(saved) == after
+    bake_module._RAYS_IN_A_PIECE = 32 * 41  # the fixture puts it back
+    assert_same(bake_all(groups, occluders, settings, Run(pieces=pieces)), expected)
+    assert saved < set(tmp_path.iterdir())
+    no_rays()
+    assert_same(bake_all(groups, occluders, settings, Run(pieces=pieces)), expected)
+
+
+def test_other_questions_share_a_folder_and_broken_files_are_traced_again(tmp_path):
+    """Checkpoints of several scenes do not get into each other's way."""
+    groups, occluders = scene()
+    expected = bake_all(groups, occluders, SETTINGS)
+    bake_all(groups, occluders, SETTINGS, Run(pieces=folder_of(tmp_path)))
+    files = sorted(tmp_path.iterdir())
+    other = replace(SETTINGS, seed=9)
+    assert_same(
+        bake_all(groups, occluders, other, Run(pieces=folder_of(tmp_path, other))), bake_all(groups, occluders, other)
+    )
+    assert len(list(tmp_path.iterdir())) == 2 * len(files)
+    files[0].write_bytes(files[0].read_bytes()[:-100])
+    content = bytearray(files[1].read_bytes())
+    content[len(content) // 2] ^= 1
+    files[1].write_bytes(content)
+    files[2].write_bytes(b"")
+    (tmp_path / "notes.npz").write_text("not ours")
+    np.savez(tmp_path / "theirs.npz", header=np.arange(3))
+    assert_same(bake_all(groups, occluders, SETTINGS, Run(pieces=folder_of(tmp_path))), expected)
+
+
+def test_a_shard_that_was_killed_is_done_again(tmp_path):
+    """What it wrote of it stays and is used; what lies about under another name is not."""
+    bake_shards(tmp_path, 3)
+    whole = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    for path in sorted(tmp_path.glob("shard-1-*"))[1:]:
+        path.rename(path.with_suffix(".tmp"))
+    with pytest.raises(ShardError, match="missing or unfinished: 1"):
+        folder_of(tmp_path).check_complete()
+    bake_shards(tmp_path, 3, indices=[1, 1])
+    folder_of(tmp_path).check_complete()
+    assert {path.name for path in tmp_path.glob("*.npz")} == whole.keys()
+
+
+def test_missing_shards_are_named(tmp_path):
+    bake_shards(tmp_path, 6, indices=[0, 2, 3])
+    with pytest.raises(ShardError, match=r"missing or unfinished: 1, 4, 5\. .*count=6"):
+        folder_of(tmp_path).check_complete()
+
+
+def test_an_empty_folder_is_said(tmp_path):
+    with pytest.raises(ShardError, match="no shards"):
+        folder_of(tmp_path).check_complete()
+    with pytest.raises(ShardError, match="no shards"):
+        folder_of(tmp_path / "not there").check_complete()
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"samples": 64}, "samples 64 instead of 32"),
+        ({"seed": 3}, "seed 3 instead of 2"),
+        ({"mode": "SHADOWED"}, "mode SHADOWED instead of INTERREFLECTED"),
+    ],
+)
+def test_shards_of_other_settings_are_refused(tmp_path, change, said):
+    bake_shards(tmp_path, 2, indices=[0])
+    bake_shards(tmp_path, 2, replace(SETTINGS, **change), indices=[1])
+    with pytest.raises(ShardError, match=said):
+        folder_of(tmp_path).check_complete()
+
+
+def test_shards_of_another_scene_are_refused(tmp_path):
+    bake_shards(tmp_path, 2)
+    with pytest.raises(ShardError, match="another scene"):
+        folder_of(tmp_path, fingerprint="edited").check_complete()
+
+
+def test_doubled_shards_are_refused(tmp_path):
+    """Of another count, or a copy of a file."""
+    bake_shards(tmp_path, 2)
+    path = min(tmp_path.iterdir())
+    copy = path.with_name("copy.npz")
+    copy.write_bytes(path.read_bytes())
+    with pytest.raises(ShardError, match="same receivers"):
+        folder_of(tmp_path).check_complete()
+    copy.unlink()
+    bake_shards(tmp_path, 3, indices=[0])
+    with pytest.raises(ShardError, match="in 2 and 3 shards"):
+        folder_of(tmp_path).check_complete()
+
+
+def test_damaged_shards_are_refused(tmp_path):
+    """By their checksums, before anything is merged."""
+    bake_shards(tmp_path, 2)
+    path = max(tmp_path.iterdir())
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes(content)
+    with pytest.raises(ShardError, match="damaged"):
+        folder_of(tmp_path).check_complete()
+
+
+def test_checkpoints_are_no_shards(tmp_path):
+    groups, occluders = scene()
+    bake_all(groups, occluders, SETTINGS, Run(pieces=folder_of(tmp_path)))
+    with pytest.raises(ShardError, match="of no shard"):
+        folder_of(tmp_path).check_complete()
+
+
+def test_shards_are_equal_shares(tmp_path):
+    """Every receiver once, also of fewer than there are shards; a shard without any writes nothing."""
+    for count in (1, 7, 1000):
+        spans = [Shard(index, count).span(279) for index in range(count)]
+        assert [n for span in spans for n in range(279)[span]] == list(range(279))
+        assert max(span.stop - span.start for span in spans) <= 279 // count + 1
+    bake_shards(tmp_path, 1000, indices=[0, 3])
+    assert [path.name.split("-")[1] for path in tmp_path.iterdir()] == ["3"]
+
+
+@pytest.mark.parametrize(("index", "count"), [(3, 3), (-1, 3), (0, 0)])
+def test_there_are_no_other_shards(index, count):
+    with pytest.raises(ShardError, match="numbered 0 to"):
+        Shard(index, count)
+
+
+def test_a_folder_that_cannot_be_written_is_an_error(tmp_path):
+    """Rays that nobody keeps are not cast for nothing."""
+    (tmp_path / "file").write_text("in the way")
+    with pytest.raises(OSError):
+        bake_shards(tmp_path / "file", 1)

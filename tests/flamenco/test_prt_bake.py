@@ -1,0 +1,180 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The Flamenco job type: compiled by a host that is as strict as Flamenco, and its command lines really run.
+
+No Flamenco Manager or Worker takes part: see docs/farm.md.
+"""
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+HERE = Path(__file__).resolve().parent
+SCRIPT = HERE.parents[1] / "flamenco" / "prt_bake.js"
+SETTINGS = {
+    "shards": 3,
+    "mode": "INTERREFLECTED",
+    "samples": 48,
+    "blendfile": "/storage/my job.blend",
+    "shard_root": "/storage/shards",
+    "output_blend": "/storage/my job_prt.blend",
+}
+
+
+def compiled(script, settings=None, variables=None):
+    """What the host makes of a job type and the settings of a job."""
+    node = shutil.which("node")
+    assert node, "these tests run the job type in Node: install it (apt-get install nodejs)"
+    asked = {"script": str(script), "settings": settings, "variables": variables}
+    answer = subprocess.run([node, HERE / "host.mjs"], input=json.dumps(asked), capture_output=True, text=True)
+    if answer.returncode:
+        raise ValueError(answer.stderr)
+    return json.loads(answer.stdout)
+
+
+def test_a_job_is_its_shards_and_then_a_merge():
+    """The merge waits for all shards, which wait for nothing; each is one Blender with the job's file."""
+    *shards, merge = compiled(SCRIPT, SETTINGS)["tasks"]
+    assert [task["name"] for task in shards] == ["shard-0-of-3", "shard-1-of-3", "shard-2-of-3"]
+    assert all(not task["dependencies"] for task in shards) and merge["dependencies"] == [0, 1, 2]
+    for task in (*shards, merge):
+        [command] = task["commands"]
+        assert (task["type"], command["name"]) == ("blender", "blender-render")
+        line = command["line"]
+        assert line[:2] == ["{blender}", "{blenderArgs}"] and SETTINGS["blendfile"] in line
+        assert line.index("--python-exit-code") < line.index("--python-expr") < line.index("--")
+        assert "/storage/shards/my job-2026-01-02_030405" in line[line.index("--") :]
+
+
+def test_numbers_travel_whole():
+    """What Python reads is what the person set."""
+    settings = {**SETTINGS, "shards": 1, "bounces": 7, "tolerance": 0.00125, "seed": 2**31 - 1, "samples": 1 << 20}
+    for task in compiled(SCRIPT, settings)["tasks"]:
+        [code] = [argument for argument in task["commands"][0]["line"] if "bpy.ops.prt" in argument]
+        assert "samples=1048576, bounces=7, tolerance=0.00125, seed=2147483647" in code
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"shards": 0}, "shards"),
+        ({"mode": "UNSHADOWED"}, "mode"),
+        ({"samples": 2.5}, "samples"),
+        ({"output_blend": SETTINGS["blendfile"]}, "another file"),
+        ({"output_blend": ""}, "output_blend"),
+        ({"frames": "1-10"}, "no setting 'frames'"),
+    ],
+)
+def test_jobs_that_cannot_be_are_refused(change, said):
+    with pytest.raises(ValueError, match=said):
+        compiled(SCRIPT, {**SETTINGS, **change})
+
+
+TASK = 'const task = author.Task("one", "misc");'
+ECHO = 'task.addCommand(author.Command("echo", { message: "hello" }));'
+
+
+@pytest.mark.parametrize(
+    ("body", "said"),
+    [
+        ("", "no tasks"),
+        (f"{TASK} job.addTask(task);", "no commands"),
+        (f"{TASK} job.addTask(task); {ECHO}", "no commands"),
+        (f'{TASK} task.addCommand(author.Command("rename", {{}})); job.addTask(task);', "no command 'rename'"),
+        (f'{TASK} task.addCommand(author.Command("echo", {{ text: "" }})); job.addTask(task);', "no parameter 'text'"),
+        (f'{TASK} task.addCommand(author.Command("echo", {{}})); job.addTask(task);', "parameter 'message'"),
+        (f'{TASK} {ECHO} task.addDependency(author.Task("two", "misc")); job.addTask(task);', "not in the job"),
+        (f"{TASK} {ECHO} task.addDependency(task); job.addTask(task);", "waits for itself"),
+        (f"{TASK} {ECHO} undeclared = 1; job.addTask(task);", "undeclared"),
+        (f'{TASK} {ECHO} require("fs"); job.addTask(task);', "require"),
+    ],
+)
+def test_the_host_refuses_what_flamenco_would(tmp_path, body, said):
+    """A host that takes everything would prove nothing."""
+    script = tmp_path / "job.js"
+    script.write_text(f'const JOB_TYPE = {{ label: "Job", settings: [] }}; function compileJob(job) {{ {body} }}')
+    with pytest.raises(ValueError, match=said):
+        compiled(script, {})
+
+
+@pytest.fixture
+def blend(blender, scene, stage, tmp_path):
+    """A saved scene of objects baked for the scene and by themselves, and the settings that the add-on would submit."""
+    stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
+    stage.object_of("Floor", stage.grid(24, 2.0), stage.diffuse("Grey", (0.7, 0.7, 0.7)))
+    stage.object_of("Ball", stage.icosphere(3, 0.6), stage.diffuse("Red", (0.9, 0.1, 0.1)), (0, 0, 0.7))
+    moving = stage.object_of("Moving", stage.cube(), stage.diffuse("Blue", (0.1, 0.2, 0.9)), (1.2, 0, 1.5))
+    moving.prt.space = "OBJECT"
+    scene.prt.mode, scene.prt.samples, scene.prt.bounces, scene.prt.seed = "INTERREFLECTED", 48, 2, 5
+    path = tmp_path / "my scene.blend"
+    blender.ops.wm.save_as_mainfile(filepath=str(path))
+    return path
+
+
+def evaluated_settings(bpy):
+    """The settings of a job as Flamenco's add-on finds them: expressions are evaluated in Blender, with these names."""
+    names = {"bpy": bpy, "C": bpy.context, "Path": Path, "jobname": "job"}
+    found = {}
+    for setting in compiled(SCRIPT)["jobType"]["settings"]:
+        if "eval" in setting:
+            found[setting["key"]] = eval(setting["eval"], {}, names)
+    return found
+
+
+def launcher(tmp_path):
+    """An executable in place of Blender's."""
+    path = tmp_path / "blender"
+    path.write_text(f'#!/bin/sh\nexec "{sys.executable}" "{HERE.parent / "background_blender.py"}" "$@"\n')
+    path.chmod(0o755)
+    return path
+
+
+def killed_at_work(line):
+    """Run a command line and kill it, and all it started, once it has read its file."""
+    with subprocess.Popen(line, stdout=subprocess.PIPE, text=True, start_new_session=True) as process:
+        for output in process.stdout:
+            if output.startswith("Read blend"):
+                break
+        os.killpg(process.pid, signal.SIGKILL)
+        assert process.wait() == -signal.SIGKILL
+
+
+def run(line):
+    answer = subprocess.run(line, capture_output=True, text=True)
+    assert answer.returncode == 0, answer.stdout + answer.stderr
+
+
+def test_the_command_lines_of_a_job_merge_to_the_plain_bake(blender, scene, stage, blend, tmp_path):
+    """Run as processes: one shard twice, one killed and done again, the merge too early, killed, and then twice."""
+    settings = {**evaluated_settings(blender), "shards": 3, "blendfile": str(blend)}
+    assert Path(settings["output_blend"]) == blend.with_name("my scene_prt.blend")
+    assert (settings["samples"], settings["bounces"], settings["seed"]) == (48, 2, 5)
+    untouched = blend.read_bytes()
+    tasks = compiled(SCRIPT, settings, {"blender": str(launcher(tmp_path)), "blenderArgs": "-b -y"})["tasks"]
+    first, second, third, merge = (task["commands"][0]["line"] for task in tasks)
+    output = Path(settings["output_blend"])
+
+    run(first)
+    killed_at_work(second)
+    answer = subprocess.run(merge, capture_output=True, text=True)
+    assert answer.returncode == 1 and "missing or unfinished: 1, 2" in answer.stdout + answer.stderr
+    assert not output.exists()
+    run(third)
+    run(first)
+    run(second)
+    killed_at_work(merge)
+    run(merge)
+    run(merge)
+    assert blend.read_bytes() == untouched
+
+    blender.ops.wm.open_mainfile(filepath=str(output))
+    merged = stage.baked_bytes(blender.context.scene)
+    blender.ops.wm.open_mainfile(filepath=str(blend))
+    assert blender.ops.prt.bake() == {"FINISHED"}
+    assert merged == stage.baked_bytes(blender.context.scene)
+    assert [len(layers) for layers, _ in merged[0].values()] == [9, 9, 9] and len(merged[1]) == 9

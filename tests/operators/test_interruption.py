@@ -1,0 +1,412 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Bakes that are stopped: from the window, by Ctrl-C, by a kill, by another file; nothing is lost and nothing is left."""
+
+import fcntl
+import os
+import pty
+import signal
+import struct
+import subprocess
+import sys
+import termios
+import threading
+import time
+from functools import partial
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+BLENDER = [sys.executable, str(Path(__file__).resolve().parents[1] / "background_blender.py"), "-b"]
+NOT_SOON = 1 << 16  # samples
+
+
+@pytest.fixture
+def stage(scene):
+    import stage
+
+    stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
+    return stage
+
+
+def textured(stage):
+    """A material whose colours are looked up for every hit."""
+    material = stage.diffuse("Textured")
+    tree = material.node_tree
+    node = tree.nodes.new("ShaderNodeTexImage")
+    node.image = stage.picture("Noise", np.random.default_rng(0).random((64, 64, 3)))
+    tree.links.new(node.outputs["Color"], tree.nodes["Diffuse BSDF"].inputs["Color"])
+    return material
+
+
+@pytest.fixture
+def large(stage):
+    """100,843 receivers with shadows and bounces between them."""
+    floor = stage.object_of("Floor", stage.grid(300, 4.0), textured(stage))
+    floor.data.uv_layers.new(name="Map")
+    return floor, stage.object_of("Ball", stage.icosphere(6), stage.diffuse(), (0, 0, 1.0))
+
+
+@pytest.fixture
+def small(stage):
+    return stage.object_of("Ball", stage.icosphere(3), stage.diffuse())
+
+
+@pytest.fixture
+def job_of(blender, part):
+    """A job for all that renders, as the button makes it."""
+
+    def make(mode, samples, bounces=3, threads=2):
+        part("bake_job")._kept.clear()
+        core, gather = part("core.bake"), part("scene.gather")
+        settings = core.BakeSettings(mode, samples=samples, bounces=bounces)
+        plan = gather.gather(blender.context, gather.objects_to_bake(blender.context), mode == "INTERREFLECTED")
+        return lambda: part("bake_job").whole_bake(plan.groups, plan.occluders, settings, threads)
+
+    return make
+
+
+def snapshot(bpy, stage):
+    """All that a bake might change: layers, nodes, properties, data-blocks."""
+    materials = {material.name: stage.node_snapshot(material.node_tree) for material in bpy.data.materials}
+    blocks = [
+        (collection.identifier, sorted(each.name for each in getattr(bpy.data, collection.identifier)))
+        for collection in bpy.data.bl_rna.properties
+        if collection.type == "COLLECTION" and collection.identifier != "window_managers"
+    ]
+    objects = [
+        (ob.name, ob.mode, ob.select_get(), ob.data.name, dict(ob.data.items())) for ob in bpy.context.scene.objects
+    ]
+    layers = [(mesh.name, sorted(layer.name for layer in mesh.attributes)) for mesh in bpy.data.meshes]
+    world = bpy.context.scene.world
+    return (
+        stage.baked_bytes(bpy.context.scene),
+        materials,
+        blocks,
+        objects,
+        layers,
+        stage.node_snapshot(world.node_tree),
+        sorted(world.keys()),
+    )
+
+
+def longest_gap(job):
+    """Run a job to its end; the longest that this thread, asking every 10 ms, was kept waiting once rays were cast."""
+    longest, last = 0.0, None
+    job.start()
+    while job.running:
+        time.sleep(0.01)
+        now = time.perf_counter()
+        if last is not None:
+            longest = max(longest, now - last - 0.01)
+        last = now if job.done else None
+    job.result()
+    return longest
+
+
+def least(measure, limit, tries=6):
+    """The least of some measurements: a busy machine makes single ones long, what they are of makes all long."""
+    found = []
+    while len(found) < tries and (not found or min(found) >= limit):
+        found.append(measure())
+    return min(found)
+
+
+@pytest.mark.parametrize("mode", ["SHADOWED", "INTERREFLECTED"])
+def test_the_window_stays_live(blender, part, large, job_of, mode):
+    """The main thread is never kept from its work for more than 50 ms while 100,000 receivers are traced and lit."""
+    make = job_of(mode, 32)
+
+    def measure():
+        part("bake_job")._kept.clear()
+        return longest_gap(make())
+
+    assert least(measure, 0.05) < 0.05
+
+
+MOMENTS = {
+    "at once": lambda job: True,
+    "among the rays": lambda job: job.done > 0.3 * job.total,
+    "among the lookups": lambda job: job.done == job.total,
+    "among the bounces": lambda job: job._bounced > 0,
+}
+
+
+def test_a_cancel_is_quick_and_leaves_nothing(blender, part, stage, large, job_of):
+    """Whenever it comes; then it works again."""
+    before = snapshot(blender, stage)
+    make = job_of("INTERREFLECTED", 64, bounces=100)
+
+    def seconds_to_stop(moment):
+        part("bake_job")._kept.clear()
+        job = make()
+        job.start()
+        while job.running and not moment(job):
+            time.sleep(0.002)
+        assert job.running and blender.ops.prt.cancel() == {"FINISHED"}
+        asked = time.perf_counter()
+        job.wait()
+        stopped = time.perf_counter() - asked
+        with pytest.raises(part("core.errors").Cancelled):
+            job.result()
+        return stopped
+
+    for name, moment in MOMENTS.items():
+        assert least(partial(seconds_to_stop, moment), 0.5) < 0.5, name
+    assert snapshot(blender, stage) == before
+    assert part("bake_job").running_job() is None
+    assert blender.ops.prt.bake(mode="SHADOWED", samples=1) == {"FINISHED"}
+
+
+def test_progress_counts_bounces_too(part, large, job_of):
+    """It rises to the end, says what is done and how long it will take, and ends close to whole."""
+    job = job_of("INTERREFLECTED", 16)()
+    seen, texts = [], set()
+    assert job.text == "preparing the rays"
+    job.start()
+    while job.running:
+        seen.append(job.progress)
+        texts.add(job.text)
+        time.sleep(0.02)
+    assert seen == sorted(seen) and seen[-1] <= 1.0
+    assert job.done == job.total and job.progress == pytest.approx(1.0, abs=0.01)
+    assert any("Mrays/s" in text and "s left" in text for text in texts)
+    assert any("bouncing light" in text and not text.startswith("100%") for text in texts)
+
+
+@pytest.fixture
+def modal(blender, small, job_of):
+    """What the button starts, driven event by event: without a window Blender sends none. Only reports go elsewhere."""
+    import importlib
+
+    import headless
+
+    operators = importlib.import_module(f"{headless.PACKAGE}.operators.job")
+
+    class Desk(operators.JobOperator):
+        def __init__(self):
+            self.make, self.told, self.ended = job_of("SHADOWED", NOT_SOON), [], None
+
+        def report(self, kind, sentence):
+            self.told.append((kind, sentence))
+
+        def _begin(self, _context):
+            return self.make()
+
+        def _end(self, _context, result):
+            self.ended = result
+
+        def event(self, kind, value="NOTHING"):
+            return self.modal(blender.context, SimpleNamespace(type=kind, value=value))
+
+        def until_it_ends(self):
+            while (state := self.event("TIMER")) == {"RUNNING_MODAL"}:
+                time.sleep(0.01)
+            return state
+
+    return Desk()
+
+
+def test_the_button_reads_works_and_ends(modal, job_of):
+    """The first tick of the timer reads the scene, the later ones watch, the last one takes the result."""
+    modal.make = job_of("SHADOWED", 256)
+    assert modal.event("MOUSEMOVE") == {"PASS_THROUGH"} and modal._job is None
+    assert modal.event("TIMER") == {"RUNNING_MODAL"} and modal._job.total == 162 * 256
+    assert modal.event("MOUSEMOVE") == {"PASS_THROUGH"}
+    assert modal.until_it_ends() == {"FINISHED"}
+    assert [len(transport) for transport in modal.ended] == [162]
+
+
+def test_escape_ends_the_button(modal):
+    """Soon, with a word, and without a result."""
+    assert modal.event("TIMER") == {"RUNNING_MODAL"}
+    assert modal.event("ESC", "PRESS") == {"RUNNING_MODAL"}
+    assert modal.until_it_ends() == {"CANCELLED"}
+    assert modal.told == [({"WARNING"}, "The bake was cancelled; nothing was changed.")] and modal.ended is None
+
+
+def test_blender_ends_the_button(blender, modal):
+    """Another file is loaded, or the window closes: the job is over when Blender goes on."""
+    modal.cancel(blender.context)
+    modal.event("TIMER")
+    modal.cancel(blender.context)
+    assert not modal._job.running
+
+
+def test_a_second_press_of_the_button_is_refused(modal, job_of):
+    """Before the first one has read the scene, Blender cannot know that it runs."""
+    other = job_of("SHADOWED", NOT_SOON)()
+    other.start()
+    assert modal.event("TIMER") == {"CANCELLED"}
+    assert modal.told == [({"ERROR"}, "A bake is running: wait for it, or cancel it.")]
+    other.cancel()
+    other.wait()
+
+
+def test_a_second_bake_is_refused(blender, part, stage, small, job_of, tmp_path):
+    """By all operators that bake, and by a second job, whoever starts it."""
+    make = job_of("SHADOWED", NOT_SOON)
+    job = make()
+    job.start()
+    before = snapshot(blender, stage)
+    for operator in (blender.ops.prt.bake, blender.ops.prt.bake_shard, blender.ops.prt.merge_shards):
+        assert not operator.poll()
+        with pytest.raises(RuntimeError, match="A bake is running"):
+            operator()
+    with pytest.raises(part("core.errors").PRTError, match="A bake is running"):
+        make().start()
+    assert part("bake_job").running_job() is job
+    job.cancel()
+    job.wait()
+    assert snapshot(blender, stage) == before
+    assert blender.ops.prt.bake(mode="SHADOWED", samples=4) == {"FINISHED"}
+
+
+def test_another_file_may_be_loaded_meanwhile(blender, part, stage, small, job_of):
+    """The job holds arrays of its own; what it finds of a file that is gone goes nowhere."""
+    job = job_of("SHADOWED", 4096)()
+    job.start()
+    blender.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+    job.result()
+    assert part("bake_job").running_job() is None
+    stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
+    stage.object_of("Cube", stage.cube())
+    assert blender.ops.prt.bake(mode="SHADOWED", samples=4) == {"FINISHED"}
+
+
+def test_the_extension_may_be_disabled_meanwhile(blender, part, stage, small, job_of):
+    """It stops its thread, and can be enabled and used again."""
+    import headless
+
+    job = job_of("SHADOWED", NOT_SOON)()
+    job.start()
+    began = time.perf_counter()
+    headless.disable_extension()
+    try:
+        assert not job.running and time.perf_counter() - began < 5.0
+        assert not any(thread.name.startswith("prt-bake") for thread in threading.enumerate())
+    finally:
+        headless.reenable_extension()
+    assert blender.ops.prt.bake(mode="SHADOWED", samples=4) == {"FINISHED"}
+
+
+def after_the_start(part, act):
+    """Do something in another thread once a job has cast rays."""
+
+    def wait():
+        jobs = part("bake_job")
+        while not (jobs.running_job() and jobs.running_job().done):
+            time.sleep(0.01)
+        act()
+
+    thread = threading.Thread(target=wait)
+    thread.start()
+    return thread
+
+
+@pytest.mark.parametrize("operator", ["bake", "bake_shard"])
+def test_ctrl_c_in_a_script(blender, part, stage, small, tmp_path, operator):
+    """The operator fails, so that the script does; nothing changed, and Ctrl-C is again what it was."""
+    before, answer = snapshot(blender, stage), signal.getsignal(signal.SIGINT)
+    thread = after_the_start(part, lambda: os.kill(os.getpid(), signal.SIGINT))
+    options = {"directory": str(tmp_path)} if operator == "bake_shard" else {}
+    with pytest.raises(RuntimeError, match="interrupted; nothing was changed"):
+        getattr(blender.ops.prt, operator)(mode="SHADOWED", samples=NOT_SOON, **options)
+    thread.join()
+    assert snapshot(blender, stage) == before
+    assert signal.getsignal(signal.SIGINT) is answer
+    assert part("bake_job").running_job() is None
+
+
+def test_cancel_of_a_running_operator(blender, part, stage, small):
+    """From elsewhere while a script waits: that is no error."""
+    before = snapshot(blender, stage)
+    thread = after_the_start(part, lambda: part("bake_job").running_job().cancel())
+    assert blender.ops.prt.bake(mode="SHADOWED", samples=NOT_SOON) == {"CANCELLED"}
+    thread.join()
+    assert snapshot(blender, stage) == before
+
+
+@pytest.fixture
+def blend(blender, small, tmp_path):
+    """The small scene in a file."""
+    path = tmp_path / "scene.blend"
+    blender.ops.wm.save_as_mainfile(filepath=str(path))
+    return path
+
+
+def baking(blend, options):
+    """A command line that bakes a file and saves it."""
+    code = f"import bpy; bpy.ops.prt.bake({options}); bpy.ops.wm.save_mainfile()"
+    return [*BLENDER, str(blend), "--python-exit-code", "1", "--python-expr", code]
+
+
+def on_a_terminal(line, act):
+    """Run a command line with a terminal as its stderr; `act` is called with the process once the bar has moved."""
+    ours, theirs = pty.openpty()
+    fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 100, 0, 0))
+    with subprocess.Popen(line, stderr=theirs, stdout=subprocess.PIPE, text=True) as process:
+        os.close(theirs)
+        shown, acted = b"", False
+        while True:
+            try:
+                shown += os.read(ours, 4096)
+            except OSError:  # the other side is closed
+                break
+            if not acted and b"ray/s" in shown:
+                acted = True
+                act(process)
+        said = process.stdout.read()
+    os.close(ours)
+    return process.returncode, shown.decode(), said
+
+
+def test_progress_is_for_terminals(blend):
+    """A bar that ends whole on a terminal, nothing anywhere else; the result is saved."""
+    line = baking(blend, "mode='INTERREFLECTED', samples=512")
+    before = blend.read_bytes()
+    quiet = subprocess.run(line, capture_output=True, text=True)
+    assert quiet.returncode == 0 and "ray" not in quiet.stderr and "%" not in quiet.stderr + quiet.stdout
+    assert blend.read_bytes() != before
+    code, shown, _ = on_a_terminal(line, lambda process: None)
+    assert code == 0 and "PRT: 100%" in shown and "ray/s" in shown
+
+
+def test_ctrl_c_on_the_command_line(blend):
+    """The process fails with a sentence, soon, and the file is what it was."""
+    before, asked = blend.read_bytes(), []
+
+    def interrupt(process):
+        asked.append(time.perf_counter())
+        process.send_signal(signal.SIGINT)
+
+    code, shown, said = on_a_terminal(baking(blend, f"mode='SHADOWED', samples={NOT_SOON}"), interrupt)
+    assert asked and time.perf_counter() - asked[0] < 5.0
+    assert code == 1 and "interrupted; nothing was changed" in shown + said
+    assert blend.read_bytes() == before
+
+
+def test_a_killed_bake_resumes_from_its_checkpoints(blender, part, stage, blend, tmp_path):
+    """The file is what it was, and the second try has the bits of one that nobody stopped."""
+    folder = tmp_path / "checkpoints"
+    samples = part("core.bake")._RAYS_IN_A_PIECE // 155  # two pieces: there are 162 receivers
+    options = f"mode='SHADOWED', samples={samples}, checkpoint_dir='{folder}'"
+    before = blend.read_bytes()
+    with subprocess.Popen(baking(blend, options), stdout=subprocess.DEVNULL) as process:
+        while process.poll() is None and not list(folder.glob("*.npz")):
+            time.sleep(0.01)
+        process.kill()
+    assert process.returncode == -signal.SIGKILL
+    assert blend.read_bytes() == before
+    first = {path: path.stat().st_mtime_ns for path in folder.glob("*.npz")}
+    assert len(first) == 1
+    blender.ops.wm.open_mainfile(filepath=str(blend))
+    scene = blender.context.scene
+    blender.ops.prt.bake(mode="SHADOWED", samples=samples, checkpoint_dir=str(folder))
+    resumed = stage.baked_bytes(scene)
+    assert len(list(folder.glob("*.npz"))) == 2
+    assert {path: path.stat().st_mtime_ns for path in first} == first
+    blender.ops.prt.remove()
+    blender.ops.prt.bake(mode="SHADOWED", samples=samples)
+    assert stage.baked_bytes(scene) == resumed

@@ -1,0 +1,198 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`prt.bake_shard` and `prt.merge_shards`: the result of one bake bit for bit, and a word on whatever does not fit."""
+
+import itertools
+
+import pytest
+
+OPTIONS = {"samples": 48, "bounces": 2, "seed": 4}
+
+
+@pytest.fixture
+def stage(scene):
+    """A floor, two balls of one mesh's shape, and a cube that is baked for itself."""
+    import stage
+
+    stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
+    grey, red = stage.diffuse("Grey", (0.7, 0.7, 0.7)), stage.diffuse("Red", (0.9, 0.1, 0.1))
+    stage.object_of("Floor", stage.grid(16, 2.0), grey)
+    stage.object_of("Ball", stage.icosphere(3, 0.6), red, (0, 0, 0.7))
+    stage.object_of("Other ball", stage.icosphere(3, 0.6), grey, (1.3, 0, 0.7))
+    stage.object_of("Moving", stage.cube(), red, (-1.3, 0, 1.5)).prt.space = "OBJECT"
+    return stage
+
+
+def bake_shards(bpy, folder, count, indices=None, **options):
+    for index in range(count) if indices is None else indices:
+        answer = bpy.ops.prt.bake_shard(index=index, count=count, directory=str(folder), **{**OPTIONS, **options})
+        assert answer == {"FINISHED"}
+
+
+def merge(bpy, folder, **options):
+    return bpy.ops.prt.merge_shards(directory=str(folder), **{**OPTIONS, **options})
+
+
+@pytest.fixture
+def forget(part):
+    """Traces kept in memory would make it easy."""
+    part("bake_job")._kept.clear()
+    return part("bake_job")._kept.clear
+
+
+@pytest.mark.parametrize("mode", ["SHADOWED", "INTERREFLECTED"])
+def test_shards_merge_to_the_plain_bake(blender, scene, stage, tmp_path, mode, forget, monkeypatch, part):
+    """Layers, record and light, byte by byte, without a ray; until then the file has nothing of it."""
+    before = stage.baked_bytes(scene)
+    bake_shards(blender, tmp_path, 3, [2, 0, 1], mode=mode)
+    assert stage.baked_bytes(scene) == before
+    assert not any(material.node_tree.nodes.get("PRT Output") for material in blender.data.materials)
+    forget()
+    with monkeypatch.context() as patch:
+        patch.setattr(part("core.bake"), "trace", None)
+        patch.setattr(part("core.bake"), "shadowed", None)
+        assert merge(blender, tmp_path, mode=mode) == {"FINISHED"}
+    merged = stage.baked_bytes(scene)
+    forget()
+    blender.ops.prt.bake(mode=mode, **OPTIONS)
+    assert stage.baked_bytes(scene) == merged
+    assert [len(layers) for layers, _ in merged[0].values()] == [9] * 4
+
+
+def test_whatever_order_objects_are_selected_in(blender, scene, stage, tmp_path, forget):
+    """Each shard and the merge find the same objects selected in another order, and another one active."""
+    chosen = [scene.objects[name] for name in ("Ball", "Floor", "Moving")]
+    orders = itertools.permutations(chosen)
+
+    def select_again():
+        for ob in chosen:
+            ob.select_set(False)
+        for ob in next(orders):
+            ob.select_set(True)
+            blender.context.view_layer.objects.active = ob
+
+    for index in range(3):
+        select_again()
+        bake_shards(blender, tmp_path, 3, [index], mode="INTERREFLECTED")
+    select_again()
+    forget()
+    merge(blender, tmp_path, mode="INTERREFLECTED")
+    merged = stage.baked_bytes(scene)
+    select_again()
+    forget()
+    blender.ops.prt.bake(mode="INTERREFLECTED", **OPTIONS)
+    assert stage.baked_bytes(scene) == merged
+    assert [bool(layers) for layers, _ in merged[0].values()] == [True, True, False, True]
+
+
+def test_colours_may_change_until_the_merge(blender, scene, stage, tmp_path, forget):
+    """Rays do not depend on them."""
+    bake_shards(blender, tmp_path, 2, mode="INTERREFLECTED")
+    blender.data.materials["Red"].node_tree.nodes["Diffuse BSDF"].inputs["Color"].default_value = (0.1, 0.9, 0.1, 1)
+    forget()
+    merge(blender, tmp_path, mode="INTERREFLECTED")
+    merged = stage.baked_bytes(scene)
+    forget()
+    blender.ops.prt.bake(mode="INTERREFLECTED", **OPTIONS)
+    assert stage.baked_bytes(scene) == merged
+
+
+def moved(bpy):
+    bpy.data.objects["Ball"].location.x += 0.1
+
+
+def edited(bpy):
+    bpy.data.objects["Ball"].data.vertices[0].co.z += 0.1
+    bpy.data.objects["Ball"].data.update()
+
+
+def sharpened(bpy):
+    bpy.data.objects["Ball"].data.polygons[0].use_smooth = False
+
+
+def chosen(bpy):
+    bpy.data.objects["Ball"].select_set(True)
+
+
+def freed(bpy):
+    bpy.data.objects["Ball"].prt.space = "OBJECT"
+
+
+@pytest.mark.parametrize("change", [moved, edited, sharpened, chosen, freed])
+def test_shards_of_another_scene_are_refused(blender, scene, stage, tmp_path, change):
+    """Whatever rays depend on; nothing is written."""
+    bake_shards(blender, tmp_path, 2, mode="SHADOWED")
+    change(blender)
+    blender.context.view_layer.update()
+    before = stage.baked_bytes(scene)
+    with pytest.raises(RuntimeError, match="does not belong to this bake"):
+        merge(blender, tmp_path, mode="SHADOWED")
+    assert stage.baked_bytes(scene) == before
+
+
+def test_other_settings_and_missing_shards_are_refused(blender, scene, stage, tmp_path):
+    before = stage.baked_bytes(scene)
+    bake_shards(blender, tmp_path, 3, [0, 2], mode="SHADOWED")
+    with pytest.raises(RuntimeError, match="missing or unfinished: 1"):
+        merge(blender, tmp_path, mode="SHADOWED")
+    bake_shards(blender, tmp_path, 3, [1], mode="SHADOWED", seed=5)
+    with pytest.raises(RuntimeError, match="seed 5 instead of 4"):
+        merge(blender, tmp_path, mode="SHADOWED")
+    assert stage.baked_bytes(scene) == before
+
+
+def test_what_cannot_be_shared_is_refused(blender, scene, stage, tmp_path):
+    for answer in (bake_shards, merge):
+        with pytest.raises(RuntimeError, match="Unshadowed transport"):
+            answer(blender, tmp_path, *([1] if answer is bake_shards else []), mode="UNSHADOWED")
+    with pytest.raises(RuntimeError, match="shard 3 of 3"):
+        bake_shards(blender, tmp_path, 3, [3], mode="SHADOWED")
+    with pytest.raises(RuntimeError, match="need a folder"):
+        blender.ops.prt.bake_shard(index=0, count=1)
+    with pytest.raises(RuntimeError, match="never saved"):
+        blender.ops.prt.bake_shard(index=0, count=1, directory="//shards")
+    with pytest.raises(RuntimeError, match="never saved"):
+        blender.ops.prt.bake(mode="SHADOWED", checkpoint_dir="//checkpoints")
+    (tmp_path / "file").write_text("in the way")
+    with pytest.raises(RuntimeError, match="cannot be used"):
+        bake_shards(blender, tmp_path / "file", 1, mode="SHADOWED")
+
+
+def test_checkpoints_come_from_the_setting_and_spare_the_rays(
+    blender, scene, stage, tmp_path, forget, part, monkeypatch
+):
+    """A bake that was done is done again without rays, by another session too; other samples cast theirs."""
+    scene.prt.checkpoint_dir = str(tmp_path / "new" / "folder")
+    blender.ops.prt.bake(mode="INTERREFLECTED", **OPTIONS)
+    plain = stage.baked_bytes(scene)
+    assert len(list((tmp_path / "new" / "folder").iterdir())) == 2  # one for the scene, one for the cube
+    forget()
+    blender.ops.prt.remove()
+    with monkeypatch.context() as patch:
+        patch.setattr(part("core.bake"), "trace", None)
+        blender.ops.prt.bake(mode="INTERREFLECTED", **OPTIONS)
+        with pytest.raises(RuntimeError, match="NoneType"):
+            blender.ops.prt.bake(mode="INTERREFLECTED", **{**OPTIONS, "samples": 49})
+    assert stage.baked_bytes(scene) == plain
+    blender.ops.prt.bake(mode="SHADOWED", checkpoint_dir="", **OPTIONS)
+    assert len(list((tmp_path / "new" / "folder").iterdir())) == 2
+
+
+def test_memory_is_a_setting_that_changes_no_bits(blender, scene, stage, forget, part, monkeypatch):
+    """With none at all, every hit lies in a file."""
+    blender.ops.prt.bake(mode="INTERREFLECTED", **OPTIONS)
+    plain = stage.baked_bytes(scene)
+    forget()
+    stores = []
+    store_of = part("core.bake").HitStore
+
+    def watched(samples, budget):
+        stores.append(store_of(samples, budget))
+        return stores[-1]
+
+    monkeypatch.setattr(part("core.bake"), "HitStore", watched)
+    scene.prt.memory = 0
+    blender.ops.prt.bake(mode="INTERREFLECTED", **OPTIONS)
+    assert stage.baked_bytes(scene) == plain
+    assert (
+        sum(part("core.spill").in_file(piece.packed) for store in stores for piece in store.pieces) == 1
+    )  # the cube has none

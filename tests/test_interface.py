@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Habits of Blender's interface that are kept: tooltips, presets, keyframes, a menu, settings that stay, undo."""
+
+import pytest
+
+
+@pytest.fixture
+def classes(blender):
+    """All registered classes of the extension."""
+    import headless
+
+    bases = (getattr(blender.types, name) for name in ("Operator", "Panel", "Menu", "PropertyGroup"))
+    found = [cls for base in bases for cls in base.__subclasses__() if cls.__module__.startswith(headless.PACKAGE)]
+    return [cls for cls in found if cls.is_registered]
+
+
+def operators(blender, classes):
+    """Each operator's class and what Blender knows of it."""
+    for cls in classes:
+        if issubclass(cls, blender.types.Operator):
+            yield cls, getattr(blender.ops.prt, cls.bl_idname.removeprefix("prt.")).get_rna_type()
+
+
+def test_everything_has_a_tooltip(blender, classes):
+    """Operators, panels, menus, every property, and every item to choose."""
+    assert len(classes) > 15
+    holders = [cls.bl_rna for cls in classes if issubclass(cls, blender.types.PropertyGroup)]
+    for cls, rna in operators(blender, classes):
+        assert rna.description and not rna.description.endswith("."), cls
+        holders.append(rna)
+    for cls in classes:
+        assert getattr(cls, "bl_description", "") or cls.__doc__, cls  # Blender shows the one or the other
+    explained = 0
+    for holder in holders:
+        for prop in holder.properties:
+            if prop.is_runtime and not prop.is_hidden:
+                explained += 1
+                assert prop.description, f"{holder.identifier}.{prop.identifier}"
+                for item in getattr(prop, "enum_items", ()):
+                    assert item.description, f"{holder.identifier}.{prop.identifier}: {item.identifier}"
+    assert explained > 15
+
+
+def test_menu_offers_every_operator(blender, classes):
+    """F3 finds what is in a menu; nothing but helpers of a panel is kept out of it."""
+    import headless
+
+    entries = [draw.__module__ for draw in blender.types.VIEW3D_MT_object.draw._draw_funcs]
+    assert entries.count(f"{headless.PACKAGE}.ui.menu") == 1
+    internal = {cls.bl_idname for cls, _ in operators(blender, classes) if "INTERNAL" in getattr(cls, "bl_options", ())}
+    assert internal <= {"prt.cancel", "prt.bake_preset_add"}
+
+
+def test_what_changes_data_can_be_undone(blender, classes):
+    """All but looking, writing files, and what only touches the interface."""
+    changes_nothing = ("prt.cancel", "prt.check", "prt.export", "prt.bake_preset_add", "prt.bake_shard")
+    for cls, _ in operators(blender, classes):
+        can_be_undone = "UNDO" in getattr(cls, "bl_options", ())
+        assert can_be_undone != cls.bl_idname.startswith(changes_nothing), cls.bl_idname
+
+
+def test_settings_can_be_keyframed_and_stay_with_their_scene(blender, scene, tmp_path):
+    """Right-click > Insert Keyframe; another scene has its own; a saved file keeps them."""
+    scene.prt.samples = 32
+    assert scene.prt.keyframe_insert("samples", frame=1)
+    scene.prt.samples = 64
+    assert scene.prt.keyframe_insert("samples", frame=11)
+    scene.frame_set(6)
+    assert scene.prt.samples == 48
+    other = blender.data.scenes.new("Other")
+    assert other.prt.samples == 256
+    blender.ops.wm.save_as_mainfile(filepath=str(tmp_path / "kept.blend"))
+    blender.ops.wm.open_mainfile(filepath=str(tmp_path / "kept.blend"))
+    assert blender.data.scenes["Scene"].prt.samples == 48
+    assert blender.data.scenes["Other"].prt.samples == 256
+
+
+def run_preset(blender, name):
+    path = blender.utils.preset_find(name, "prt/bake")
+    assert blender.ops.script.execute_preset(filepath=path, menu_idname="PRT_PT_bake_presets") == {"FINISHED"}
+
+
+def test_presets(blender, scene):
+    """What is shipped costs more and more; people add theirs, and cannot lose ours."""
+    costs = []
+    for name in ("Draft", "Good", "Final"):
+        run_preset(blender, name)
+        costs.append(scene.prt.samples)
+    assert costs == sorted(set(costs))
+    run_preset(blender, "Good")
+    for prop in scene.prt.bl_rna.properties:
+        if prop.is_runtime:
+            assert getattr(scene.prt, prop.identifier) == prop.default, "a new scene starts with Good"
+
+    scene.prt.mode, scene.prt.seed = "SHADOWED", 5
+    assert blender.ops.prt.bake_preset_add(name="Mine") == {"FINISHED"}
+    run_preset(blender, "Final")
+    run_preset(blender, "Mine")
+    assert (scene.prt.mode, scene.prt.seed) == ("SHADOWED", 5)
+    assert blender.ops.prt.bake_preset_add(name="Mine", remove_name=True) == {"FINISHED"}
+    assert blender.utils.preset_find("Mine", "prt/bake") is None
+    assert blender.ops.prt.bake_preset_add(name="Draft", remove_name=True) == {"CANCELLED"}
+    assert blender.utils.preset_find("Draft", "prt/bake")
+
+
+def test_what_is_greyed_out_says_why(blender, part, scene, stage):
+    """A poll that fails leaves a sentence, for scripts as for the tooltip."""
+    with pytest.raises(RuntimeError, match="No bake is running"):
+        blender.ops.prt.cancel()
+    stage.object_of("Ball", stage.icosphere(5))
+    plan = part("scene.gather").gather(blender.context, list(scene.objects))
+    settings = part("core.bake").BakeSettings(samples=1 << 14)
+    job = part("bake_job").whole_bake(plan.groups, plan.occluders, settings, 2)
+    job.start()
+    with pytest.raises(RuntimeError, match="A bake is running"):
+        blender.ops.prt.bake()
+    job.cancel()
+    job.wait()

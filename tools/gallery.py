@@ -1,0 +1,179 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The pictures and numbers of README and docs: every HDRI that Blender ships, every mode, beside Cycles.
+
+    python tools/gallery.py [--output FOLDER]
+
+Writes docs/gallery.md and docs/pictures; by way of the demo, so that they show what a user gets.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import demo
+import demo_scene
+import frames
+import headless
+import numpy as np
+from headless import bpy
+from PIL import Image, ImageDraw
+from tqdm import tqdm
+
+HDRIS = ("forest", "city", "courtyard", "interior", "night", "studio", "sunrise", "sunset")
+MODES = ("UNSHADOWED", "SHADOWED", "INTERREFLECTED")
+PERCENTAGE = 50
+TRUTH_SAMPLES = 256
+TURN_WIDTH = 420
+CAPTION = 18
+
+
+@dataclass(frozen=True)
+class Shot:
+    """One view: as displayed, and (height, width, 4) linear."""
+
+    shown: Image.Image
+    linear: np.ndarray
+
+
+def main() -> None:
+    """Draw everything and say where it is."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--output", type=Path, default=headless.CHECKOUT / "docs")
+    output: Path = parser.parse_args().output.resolve()
+    work = headless.CHECKOUT / "build" / "gallery"
+    for folder in (output / "pictures" / "gallery", work):
+        folder.mkdir(parents=True, exist_ok=True)
+    headless.enable_extension()
+    try:
+        demo.run(None, work)
+        publish_demo(work, output / "pictures")
+        publish_gallery(work, output)
+    finally:
+        headless.disable_extension()
+
+
+def publish_demo(made: Path, pictures: Path) -> None:
+    """The demo's own pictures, small enough to be committed."""
+    for name in ("stills", "eevee_beside_cycles"):
+        Image.open(made / f"{name}.png").convert("RGB").resize(
+            (1280, 1280 * 9 // (64 if name == "stills" else 32))
+        ).save(pictures / f"{name}.jpg", quality=88)
+    turn = Image.open(made / "turn.gif")
+    small = []
+    for number in range(turn.n_frames):
+        turn.seek(number)
+        small.append(turn.convert("RGB").resize((TURN_WIDTH, TURN_WIDTH * 9 // 16), Image.Resampling.LANCZOS))
+    small[0].save(pictures / "turn.gif", save_all=True, append_images=small[1:], duration=83, loop=0)
+
+
+def publish_gallery(work: Path, output: Path) -> None:
+    """One sheet per HDRI, and a table of how far each mode is from the truth."""
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+    demo_scene.build()
+    scene = bpy.context.scene
+    frames.set_up_render(scene)
+    scene.render.resolution_percentage = PERCENTAGE
+    truths = {hdri: truth(scene, hdri, work) for hdri in tqdm(HDRIS, desc="Cycles", file=sys.stdout)}
+    shots: dict[str, dict[str, Shot]] = {hdri: {} for hdri in HDRIS}
+    for mode in MODES:
+        bpy.ops.prt.bake(mode=mode)
+        for hdri in tqdm(HDRIS, desc=f"EEVEE, {mode.lower()}", file=sys.stdout):
+            change_sky(scene, hdri)
+            bpy.ops.prt.project_light()
+            scene.render.engine = headless.eevee_engine()
+            shots[hdri][mode] = shoot(scene, work)
+    for hdri in HDRIS:
+        sheet(truths[hdri], shots[hdri]).save(output / "pictures" / "gallery" / f"{hdri}.jpg", quality=85)
+    (output / "gallery.md").write_text(page(truths, shots))
+
+
+def change_sky(scene: bpy.types.Scene, hdri: str) -> None:
+    """Another picture in the world's Environment Texture."""
+    texture = next(node for node in scene.world.node_tree.nodes if node.bl_idname == "ShaderNodeTexEnvironment")
+    texture.image = bpy.data.images.load(str(headless.studio_hdri(hdri)), check_existing=True)
+
+
+def truth(scene: bpy.types.Scene, hdri: str, work: Path) -> Shot:
+    """The view by Cycles, with as many bounces as the interreflected bake."""
+    change_sky(scene, hdri)
+    frames.use_cycles(scene)
+    scene.cycles.samples = TRUTH_SAMPLES
+    return shoot(scene, work)
+
+
+def shoot(scene: bpy.types.Scene, work: Path) -> Shot:
+    """The view by the engine that is set."""
+    shown = Image.open(frames.render(scene, work / "shown.png")).convert("RGB")
+    return Shot(shown, frames.render_linear(scene, work / "linear.exr"))
+
+
+def sheet(truth: Shot, shots: dict[str, Shot]) -> Image.Image:
+    """Cycles above; below it EEVEE in each mode, and under each its difference."""
+    width, height = truth.shown.size
+    whole = Image.new("RGB", (width * len(MODES), 3 * (height + CAPTION)), "white")
+    draw = ImageDraw.Draw(whole)
+
+    def place(column: int, row: int, picture: Image.Image, caption: str) -> None:
+        top = row * (height + CAPTION)
+        draw.text((column * width + 4, top + 3), caption, fill="black")
+        whole.paste(picture, (column * width, top + CAPTION))
+
+    place(0, 0, truth.shown, "Cycles, path-traced")
+    place(1, 0, scale_of_differences(width, height), "Differences, as a share of the picture's mean radiance")
+    for column, mode in enumerate(MODES):
+        place(column, 1, shots[mode].shown, f"EEVEE, {mode.lower()}")
+        error = frames.relative_rms(shots[mode].linear, truth.linear)
+        place(column, 2, difference(shots[mode].linear, truth.linear), f"difference: {error:.1%} relative RMS")
+    return whole
+
+
+def difference(ours: np.ndarray, truth: np.ndarray) -> Image.Image:
+    """Red where ours is too bright, blue where it is too dark, white where it is right."""
+    mean = truth[truth[..., 3] > 0.99][:, :3].mean()
+    return coloured(np.where(ours[..., 3] > 0.99, (ours - truth)[..., :3].mean(axis=-1) / mean, 0.0)[::-1])
+
+
+def coloured(shares: np.ndarray) -> Image.Image:
+    """A picture of signed shares, saturated at half."""
+    strength = np.clip(2.0 * np.abs(shares), 0.0, 1.0)[..., None]
+    hue = np.where(shares[..., None] > 0.0, (200, 30, 30), (30, 60, 200))
+    return Image.fromarray((255 + strength * (hue - 255)).astype(np.uint8))
+
+
+def scale_of_differences(width: int, height: int) -> Image.Image:
+    """From -50 % to +50 %, with ticks."""
+    bar = coloured(np.broadcast_to(np.linspace(-0.5, 0.5, width - 40), (24, width - 40)))
+    picture = Image.new("RGB", (width, height), "white")
+    picture.paste(bar, (20, height // 2 - 12))
+    draw = ImageDraw.Draw(picture)
+    for share, words in ((-0.5, "-50%, too dark"), (0.0, "right"), (0.5, "+50%, too bright")):
+        x = 20 + (share + 0.5) * (width - 40)
+        draw.text((x, height // 2 + 18), words, fill="black", anchor=("lt", "mt", "rt")[round(2 * share) + 1])
+    return picture
+
+
+def page(truths: dict[str, Shot], shots: dict[str, dict[str, Shot]]) -> str:
+    """docs/gallery.md."""
+    lines = [
+        "# Gallery",
+        "",
+        "Made by `make gallery`: the demo's scene under every HDRI that Blender ships. Numbers are the relative RMS difference",
+        "from Cycles in linear light, where a surface is seen; Cycles traces as many bounces as were baked (three), denoised. What is left",
+        "in the last column is almost all the order of the light: nine coefficients cannot hold a sun.",
+        "",
+        "| HDRI | " + " | ".join(mode.capitalize() for mode in MODES) + " |",
+        "|---|" + "---|" * len(MODES),
+    ]
+    for hdri in HDRIS:
+        errors = (frames.relative_rms(shots[hdri][mode].linear, truths[hdri].linear) for mode in MODES)
+        lines.append(f"| {hdri} | " + " | ".join(f"{error:.1%}" for error in errors) + " |")
+    for hdri in HDRIS:
+        lines += ["", f"## {hdri.capitalize()}", "", f"![{hdri}](pictures/gallery/{hdri}.jpg)"]
+    return "\n".join([*lines, ""])
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Object > PRT: all operators, which F3 finds because they are in a menu."""
+
+from __future__ import annotations
+
+import bpy
+
+from .. import operators
+
+
+class PRT_MT_object(bpy.types.Menu):
+    """Bake, check, relight and remove precomputed radiance transfer"""
+
+    bl_idname = "PRT_MT_object"
+    bl_label = "PRT"
+
+    def draw(self, _context: bpy.types.Context) -> None:
+        for operator in operators.CLASSES:
+            if "INTERNAL" not in getattr(operator, "bl_options", ()):
+                self.layout.operator(operator.bl_idname)
+
+
+def _draw_entry(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
+    self.layout.separator()
+    self.layout.menu(PRT_MT_object.bl_idname)
+
+
+CLASSES = (PRT_MT_object,)
+
+
+def register() -> None:
+    """Append the entry."""
+    bpy.types.VIEW3D_MT_object.append(_draw_entry)
+
+
+def unregister() -> None:
+    """Take it out."""
+    bpy.types.VIEW3D_MT_object.remove(_draw_entry)
