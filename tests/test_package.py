@@ -76,14 +76,15 @@ def test_a_zip_brings_the_wheels_of_its_platform(zips, where):
 
 
 def test_zips_hold_the_same_extension_and_no_workshop(zips):
-    """The code, its licence and its README."""
+    """All its code, its licence and its README."""
     [contents] = {tuple(sorted(n for n in names(path) if not n.endswith(".whl"))) for path in zips.values()}
     tops = {Path(name).parts[0] for name in contents}
-    code = {"__init__.py", "operators", "prt_addon", "ui"}
-    assert tops == {*code, "LICENSE", "README.md", "blender_manifest.toml"}
-    tracked = [path for part in code for path in (headless.CHECKOUT / part).rglob("*.py")]
-    modules = {str(path.relative_to(headless.CHECKOUT)) for path in [*tracked, headless.CHECKOUT / "__init__.py"]}
-    assert {name for name in contents if name.endswith(".py")} == modules
+    assert {"LICENSE", "README.md"} < tops
+    assert not tops & {"tests", "tools", "docs", "flamenco", "build", "dist", "Makefile", "pyproject.toml"}
+    assert {Path(name).suffix for name in contents} == {".py", ".md", ".toml", ""}
+    for part in ("operators", "prt_addon", "ui"):
+        modules = {str(path.relative_to(headless.CHECKOUT)) for path in (headless.CHECKOUT / part).rglob("*.py")}
+        assert modules == {name for name in contents if name.startswith(f"{part}/")}
     for path in zips.values():
         with zipfile.ZipFile(path) as archive:
             manifest = tomllib.loads(archive.read("blender_manifest.toml").decode())

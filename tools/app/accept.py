@@ -49,9 +49,10 @@ def blender(profile: Path, *arguments: object, status: int = 0) -> str:
 
 
 def install(profile: Path, zip_file: Path) -> None:
-    """The zip into a fresh profile, from the command line; and no splash screen over the window."""
+    """The zip into a fresh profile, from the command line; no splash screen over the window, no render for a save."""
     blender(profile, "--command", "extension", "install-file", "-r", "user_default", "--enable", zip_file)
     prefer(profile, "view.show_splash = False")
+    prefer(profile, "filepaths.file_preview_type = 'NONE'")
 
 
 def prefer(profile: Path, setting: str) -> None:

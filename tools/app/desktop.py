@@ -20,6 +20,7 @@ from pathlib import Path
 Box = tuple[int, int, int, int]  # left, top, width, height in pixels, y down
 DISPLAY = ":7"
 ENLARGED = 3  # Blender's 11-pixel letters are too small for OCR
+WHITE = "70%,95%"  # levels of Blender's letters over a picture
 PATIENCE = 5  # looks at the screen, a second apart, before what is not there is missed
 
 
@@ -211,11 +212,11 @@ class Window:
             self.crop(everything, before)
             time.sleep(2.0)
             self.crop(everything, after)
-            lines = self.read(corner, levels="70%,95%")  # white letters over a picture
-            alive = time.time() - self.state["time"] < 1.0
-            return alive and difference(before, after) < 1e-4 and not any("ompil" in line.text for line in lines)
+            if time.time() - self.state["time"] > 1.0 or difference(before, after) > 1e-4:
+                return False
+            return not any("ompil" in line.text for line in self.read(corner, levels=WHITE))
 
-        wait_until(settled, 300, "the window to come to rest")
+        wait_until(settled, 600, "the window to come to rest")
 
     def crop(self, box: Box, path: Path) -> None:
         """A part of the screen."""

@@ -34,7 +34,7 @@ def build():
     tree.links.new(texture.outputs["Color"], tree.nodes["Background"].inputs["Color"])
     scene.render.resolution_x, scene.render.resolution_y = 320, 240
     scene.eevee.taa_render_samples = scene.eevee.taa_samples = 1
-    scene.render.preview_pixel_size = "2"  # software rendering takes its time
+    scene.render.preview_pixel_size = "4"  # software rendering takes its time
     scene.render.threads_mode, scene.render.threads = "FIXED", 2  # or there is no time to stop a bake
     scene.prt.mode, scene.prt.samples = "SHADOWED", 1024
 
