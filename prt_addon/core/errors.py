@@ -22,5 +22,9 @@ class RayCasterMissing(PRTError):
     """embreex, the ray caster, is not installed for this Python or platform."""
 
 
+class NoRoom(PRTError):
+    """What a bake must keep fits neither in memory nor in the temporary folder."""
+
+
 class Cancelled(PRTError):
     """The person asked to stop; nothing was written."""
