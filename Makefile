@@ -1,5 +1,6 @@
 # make demo    the main job on real input, pictures in build/demo
 # make test    all tests
+# make bench   how fast and how large: docs/benchmark.md; JSON and curves in build/bench
 # make lint    style and types
 # Each makes the environment that it needs under build/venv. PYTHON chooses the interpreter and with it the Blender:
 # 3.11 runs bpy 4.5 LTS (or 5.0 with BPY=5.0), 3.13 runs bpy 5.2 LTS.
@@ -14,13 +15,16 @@ LINT := build/venv/lint-py$(PY)
 BLEND ?=
 TESTS ?=
 
-.PHONY: demo test lint clean
+.PHONY: demo test bench lint clean
 
 demo: $(VENV)/.ready
 	$(VENV)/bin/python tools/demo.py $(if $(BLEND),--blend "$(BLEND)")
 
 test: $(VENV)/.ready
 	cd tests && ../$(VENV)/bin/python -m pytest $(TESTS)
+
+bench: $(VENV)/.bench
+	$(VENV)/bin/python tools/bench --table docs/benchmark.md
 
 lint: $(LINT)/.ready
 	$(LINT)/bin/ruff check .
@@ -33,6 +37,10 @@ $(VENV)/.ready: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
 	$(VENV)/bin/python -m pip install --quiet --upgrade "pip>=25.1"
 	$(VENV)/bin/python -m pip install --quiet "bpy==$(BPY).*" --group test
+	touch $@
+
+$(VENV)/.bench: $(VENV)/.ready
+	$(VENV)/bin/python -m pip install --quiet --group bench
 	touch $@
 
 $(LINT)/.ready: pyproject.toml

@@ -263,7 +263,7 @@ def bake(
         return bounce(traced, occluders, settings, run)
     _check_finite(groups)
     if settings.mode == "UNSHADOWED":
-        return [unshadowed(group.normals) for group in groups]
+        return [unshadowed(group.normals, workers=run.workers) for group in groups]
     traced = trace_groups(groups, occluders, settings, run)
     return _split(traced.direct, traced.sizes)
 

@@ -28,6 +28,9 @@ Bools = npt.NDArray[np.bool_]
 
 _COEFFICIENTS = sh.coefficient_count(sh.ORDER)
 _RECEIVERS_AT_A_TIME = 1 << 10  # measured: fewer pay for the calls, more leave the cache
+_HITS_AT_A_TIME = 1 << 18  # bounds the memory of bakes with many samples
+_PLACES_AT_A_TIME = 32
+_COARSE_AT_A_TIME = 1 << 11
 _FINE = 0.03  # at 256 rays; see `Gather`
 _TRIANGLES_AT_A_TIME = 1 << 13
 
@@ -115,6 +118,7 @@ class Gather:
         self.channels = 1 if albedo.is_grey else 3
         self.sources = Sources.of(albedo, corner_receiver, self.channels)
         self._workers, self._samples, self._receivers = workers, store.samples, len(store)
+        self._chunk = min(_RECEIVERS_AT_A_TIME, max(1, _HITS_AT_A_TIME // store.samples))
         self._fine = _FINE * (256.0 / store.samples) ** 0.25
         self._is_patterned = albedo.is_patterned
         self._pieces = list(self._looked_up(store, albedo))
@@ -156,7 +160,7 @@ class Gather:
             out[part] = self._gathered(piece, part, lit, is_fine)
             return part.stop - part.start
 
-        self._workers.run(len(out), _RECEIVERS_AT_A_TIME, work)
+        self._workers.run(len(out), self._chunk, work)
 
     def _gathered(self, piece: _Piece, part: slice, lit: Float32, is_fine: Bools) -> Float32:
         """What some receivers of a piece get, times the samples."""
@@ -171,14 +175,24 @@ class Gather:
             return _sums(lit, source, starts, tint)
         source[coarse] = self.sources.black
         out = _sums(lit, source, starts, tint)
-        triangle, u, v = triangle[coarse], u[coarse], v[coarse]
-        corners = self.sources.corner.take(triangle, axis=0).astype(np.intp)
-        shares = np.stack([ONE - u - v, u, v], axis=1).astype(np.float32) / np.float32(ONE)
-        weights = shares[:, :, None] if tint is None else shares[:, :, None] * tint[coarse, None, :]
-        out += _sums(
-            lit, corners.reshape(-1), 3 * np.searchsorted(coarse, starts), weights.reshape(-1, weights.shape[2])
-        )
+        returned = self._interpolated(lit, triangle[coarse], u[coarse], v[coarse])
+        if tint is not None:
+            by_channel = returned.reshape(len(coarse), self.channels, -1)
+            by_channel *= tint[coarse, :, None]
+        coarse_starts = np.searchsorted(coarse, starts)
+        filled = np.flatnonzero(np.diff(coarse_starts))
+        out[filled] += np.add.reduceat(returned, coarse_starts[filled], axis=0)
         return out
+
+    def _interpolated(self, lit: Float32, triangle: UInt32, u: UInt32, v: UInt32) -> Float32:
+        """(H, C * 9) what hits return, between all three corners."""
+        returned = np.empty((len(triangle), lit.shape[1]), dtype=np.float32)
+        shares = np.stack([ONE - u - v, u, v], axis=1).astype(np.float32) / np.float32(ONE)
+        for first in range(0, len(triangle), _COARSE_AT_A_TIME):
+            part = slice(first, first + _COARSE_AT_A_TIME)
+            corners = lit.take(self.sources.corner.take(triangle[part], axis=0), axis=0)
+            np.einsum("hk,hkc->hc", shares[part], corners, out=returned[part])
+        return returned
 
     def _tint(self, triangle: UInt32, colours: npt.NDArray[np.uint16]) -> Float32:
         """(H, C) the colours that patterns give to hits on them; white elsewhere, where the sources are coloured."""
@@ -222,7 +236,7 @@ class Gather:
             chunks[part.start] = np.rint(colour[:, : self.channels] * np.float32(ONE)).astype(np.uint16)
             return 0
 
-        self._workers.run(len(hits), _RECEIVERS_AT_A_TIME, work)
+        self._workers.run(len(hits), self._chunk, work)
         return np.cumsum(starts), np.concatenate([chunks[first] for first in sorted(chunks)])
 
 
@@ -245,21 +259,25 @@ def _sums(lit: Float32, source: npt.NDArray[np.intp], starts: Int64, weights: Fl
         lit: (M, C * 9) what the sources return.
         source: (H,) which.
         starts: (n + 1,) where the run of each receiver starts.
-        weights: (H, C) of the channels, or (H, 1) of all alike; 1 if None.
+        weights: (H, C) of the channels; 1 if None.
     """
     counts = np.diff(starts)
     longest_first = np.argsort(-counts, kind="stable")
     start = starts[:-1][longest_first]
+    longer = len(counts) - np.cumsum(np.bincount(counts, minlength=1))  # runs that have a first, a second, ...
     sums = np.zeros((len(counts), lit.shape[1]), dtype=np.float32)
     rows = np.empty_like(sums)
-    longer = len(counts) - np.cumsum(np.bincount(counts, minlength=1))
-    for place, runs in enumerate(longer[:-1]):
-        at = start[:runs] + place
-        lit.take(source.take(at), axis=0, out=rows[:runs], mode="clip")
-        if weights is not None:
-            by_channel = rows[:runs].reshape(runs, weights.shape[1], -1)
-            by_channel *= weights.take(at, axis=0)[:, :, None]
-        sums[:runs] += rows[:runs]
+    for first in range(0, len(longer) - 1, _PLACES_AT_A_TIME):
+        places = np.arange(first, min(first + _PLACES_AT_A_TIME, len(longer) - 1))
+        at = places[:, None] + start  # past the end of a run there are others' sources, which are left out below
+        sources = source.take(at, mode="clip")
+        for place, runs in enumerate(longer[places]):
+            part = rows[:runs]
+            lit.take(sources[place, :runs], axis=0, out=part, mode="clip")
+            if weights is not None:
+                by_channel = part.reshape(runs, weights.shape[1], -1)
+                by_channel *= weights.take(at[place, :runs], axis=0)[:, :, None]
+            sums[:runs] += part
     out = np.empty_like(sums)
     out[longest_first] = sums
     return out

@@ -21,6 +21,7 @@ Float32 = npt.NDArray[np.float32]
 Float64 = npt.NDArray[np.float64]
 
 _RAYS_AT_A_TIME = 1 << 17  # a few MB per thread: inside the cache, yet long enough to hide the calls
+_NORMALS_AT_A_TIME = 1 << 14
 _FIXED_POINT = 2.0**30
 
 
@@ -47,19 +48,28 @@ class Receivers:
         return Receivers(self.points[part], self.normals[part], self.ids[part], self.skips[part])
 
 
-def unshadowed(normals: Float64, order: int = sh.ORDER) -> Float32:
+def unshadowed(normals: Float64, order: int = sh.ORDER, workers: Workers = ALL_CORES) -> Float32:
     """Transport of open receivers, in closed form: `T_lm = A_l / pi * Y_lm(n)`.
 
     Ramamoorthi & Hanrahan 2001, equation 12, with the Lambertian 1/pi.
 
     Args:
         normals: (N, 3) unit vectors.
+        order: highest band.
+        workers: who does it.
 
     Returns:
         (N, (order + 1)**2) float32.
     """
     factors = sh.per_coefficient(sh.cosine_lobe(order)) / np.pi
-    return (sh.basis(normals, order) * factors).astype(np.float32)
+    out = np.empty((len(normals), len(factors)), dtype=np.float32)
+
+    def work(part: slice) -> int:
+        np.multiply(sh.basis(normals[part], order), factors, out=out[part])
+        return 0
+
+    workers.run(len(normals), _NORMALS_AT_A_TIME, work)
+    return out
 
 
 def shadowed(

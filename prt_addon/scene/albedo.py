@@ -23,7 +23,7 @@ from ..core.albedo import AlbedoPattern, CornerColours, Interpolation, TexturePa
 from ..core.errors import PictureError
 from .cycles_colour import Unread, corner_colours
 from .images import linear_pixels
-from .meshes import Surface, index_array, layer_array
+from .meshes import Surface, corner_vertices, layer_array
 from .nodes import diffuse_colour, feeding_socket, upstream, uses_nodes
 
 Float32 = npt.NDArray[np.float32]
@@ -198,4 +198,4 @@ def _corner_values(mesh: bpy.types.Mesh, layer: str, key: str, width: int) -> Fl
     values = layer_array(mesh, layer, key, width)
     if mesh.attributes[layer].domain == "CORNER":
         return values
-    return values[index_array(mesh.loops, "vertex_index")]
+    return values[corner_vertices(mesh)]

@@ -67,6 +67,33 @@ def index_array(items: bpy.types.bpy_prop_collection, name: str, width: int = 1)
     return flat if width == 1 else flat.reshape(-1, width)
 
 
+def corner_vertices(mesh: bpy.types.Mesh) -> Int32:
+    """(corners,) the vertex of each face corner. From the layer it is stored in: 200 times as fast as from `loops`."""
+    return (
+        _stored(mesh, ".corner_vert", 1)
+        if ".corner_vert" in mesh.attributes
+        else index_array(mesh.loops, "vertex_index")
+    )
+
+
+def edge_vertices(mesh: bpy.types.Mesh) -> Int32:
+    """(edges, 2) the vertices of each edge, likewise."""
+    return (
+        _stored(mesh, ".edge_verts", 2) if ".edge_verts" in mesh.attributes else index_array(mesh.edges, "vertices", 2)
+    )
+
+
+def face_starts(mesh: bpy.types.Mesh) -> Int32:
+    """(faces,) the first corner of each: a face of n corners is n - 2 triangles, and these are quick to read."""
+    mesh.calc_loop_triangles()
+    triangles = np.bincount(index_array(mesh.loop_triangle_polygons, "value"), minlength=len(mesh.polygons))
+    return (np.cumsum(triangles + 2) - (triangles + 2)).astype(np.int32)
+
+
+def _stored(mesh: bpy.types.Mesh, layer: str, width: int) -> Int32:
+    return index_array(mesh.attributes[layer].data, "value", width)
+
+
 def layer_array(mesh: bpy.types.Mesh, layer: str, key: str, width: int) -> npt.NDArray[np.float32]:
     """(N, width) float32 of an attribute, in its own domain."""
     data = mesh.attributes[layer].data
@@ -83,21 +110,46 @@ def same_topology(one: bpy.types.Mesh, other: bpy.types.Mesh) -> bool:
         len(other.polygons),
     ):
         return False
-    return np.array_equal(index_array(one.loops, "vertex_index"), index_array(other.loops, "vertex_index")) and (
-        np.array_equal(index_array(one.polygons, "loop_start"), index_array(other.polygons, "loop_start"))
-    )
+    same_corners = np.array_equal(corner_vertices(one), corner_vertices(other))
+    return same_corners and (_is_triangles(one) or np.array_equal(face_starts(one), face_starts(other)))
 
 
 def read_surface(mesh: bpy.types.Mesh, matrix: Float64) -> Surface:
     """Triangles of an evaluated mesh under a (4, 4) matrix; a mirroring matrix keeps fronts in front."""
-    mesh.calc_loop_triangles()
     order = slice(None, None, -1 if np.linalg.det(matrix[:3, :3]) < 0.0 else 1)
+    corners = _triangle_corners(mesh)[:, order]
     return Surface(
-        vertices=_transformed(vector_array(mesh.vertices, "co"), matrix),
-        triangles=index_array(mesh.loop_triangles, "vertices", 3)[:, order],
-        corners=index_array(mesh.loop_triangles, "loops", 3)[:, order],
-        material=index_array(mesh.loop_triangles, "material_index"),
+        vertices=_transformed(_positions(mesh), matrix),
+        triangles=corner_vertices(mesh)[corners],
+        corners=corners,
+        material=_triangle_materials(mesh),
     )
+
+
+def _is_triangles(mesh: bpy.types.Mesh) -> bool:
+    """Whether every face is one: none has fewer corners."""
+    return len(mesh.loops) == 3 * len(mesh.polygons)
+
+
+def _positions(mesh: bpy.types.Mesh) -> Float64:
+    return vector_array(mesh.attributes["position"].data, "vector")
+
+
+def _triangle_corners(mesh: bpy.types.Mesh) -> Int32:
+    """(T, 3) the face corners of each triangle."""
+    if _is_triangles(mesh):
+        return np.arange(len(mesh.loops), dtype=np.int32).reshape(-1, 3)
+    mesh.calc_loop_triangles()
+    return index_array(mesh.loop_triangles, "loops", 3)
+
+
+def _triangle_materials(mesh: bpy.types.Mesh) -> Int32:
+    """(T,) index of the material slot."""
+    mesh.calc_loop_triangles()
+    face = index_array(mesh.loop_triangle_polygons, "value")
+    if "material_index" not in mesh.attributes:
+        return np.zeros_like(face)
+    return _stored(mesh, "material_index", 1)[face]
 
 
 def read_receivers(name: str, mesh: bpy.types.Mesh, matrix: Float64) -> ObjectReceivers:
@@ -106,16 +158,16 @@ def read_receivers(name: str, mesh: bpy.types.Mesh, matrix: Float64) -> ObjectRe
     Where the corners of some vertex have different shading normals (flat faces, sharp edges, custom normals), one
     value per vertex would smear light around the edge: the transport then lives on face corners.
     """
-    points = _transformed(vector_array(mesh.vertices, "co"), matrix)
+    points = _transformed(_positions(mesh), matrix)
     radius = float(np.linalg.norm(np.ptp(points, axis=0))) / 2.0 if len(points) else 0.0
     to_world = np.linalg.pinv(matrix[:3, :3])  # normals turn by the inverse transpose; flat scales have no inverse
-    corner_vertex = index_array(mesh.loops, "vertex_index")
+    corner_vertex = corner_vertices(mesh)
     corner_normal = _unit(vector_array(mesh.corner_normals, "vector") @ to_world)
     vertex_normal = _unit(vector_array(mesh.vertex_normals, "vector") @ to_world)  # loose vertices have no corner
     vertex_normal[corner_vertex] = corner_normal
 
     if np.abs(corner_normal - vertex_normal[corner_vertex]).max(initial=0.0) < _SAME_NORMAL:
-        group = ReceiverGroup(name, points, vertex_normal, radius, edges=index_array(mesh.edges, "vertices", 2))
+        group = ReceiverGroup(name, points, vertex_normal, radius, edges=edge_vertices(mesh))
         return ObjectReceivers(group, "POINT", np.arange(len(points)))
 
     corner, element_receiver = _distinct(corner_vertex, corner_normal)
@@ -152,8 +204,8 @@ def _distinct(vertex: Int32, normal: Float64) -> tuple[npt.NDArray[np.int64], np
 def _face_edges(mesh: bpy.types.Mesh) -> npt.NDArray[np.int64]:
     """(corners, 2) each face corner and the next one around its face."""
     after = np.arange(1, len(mesh.loops) + 1)
-    first = index_array(mesh.polygons, "loop_start")
-    after[first + index_array(mesh.polygons, "loop_total") - 1] = first
+    first = face_starts(mesh)
+    after[np.append(first[1:], len(mesh.loops)) - 1] = first
     return np.stack([np.arange(len(after)), after], axis=1)
 
 

@@ -22,7 +22,7 @@ from ..core.albedo import TexturePatch
 from ..core.bake import BakeSettings
 from ..core.digest import digest
 from .albedo import SurfaceAlbedo
-from .meshes import index_array
+from .meshes import face_starts
 
 RECORD = "prt_bake"
 FORMAT_VERSION = 1
@@ -169,9 +169,8 @@ def same_transform(one: tuple[float, ...], other: tuple[float, ...]) -> bool:
 
 def identity(mesh: bpy.types.Mesh, matrix: npt.ArrayLike, albedo: SurfaceAlbedo | None = None) -> Identity:
     """Digests of an evaluated mesh under a matrix."""
-    faces = index_array(mesh.polygons, "loop_start")
     return Identity(
-        shape=digest(_layer(mesh, "position"), _layer(mesh, ".corner_vert"), faces),
+        shape=digest(_layer(mesh, "position"), _layer(mesh, ".corner_vert"), face_starts(mesh)),
         normals=digest(*_normal_sources(mesh)),
         placement=digest(np.asarray(matrix, dtype=np.float32) + np.float32(0.0)),  # -0 becomes 0
         colours=digest(*_colour_sources(albedo)) if albedo else b"",

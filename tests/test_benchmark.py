@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The quick benchmark, as a check that nothing became twice as slow or large. Bounds are generous: other work may run."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+TOOL = Path(__file__).parent.parent / "tools" / "bench"
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    """All results, and the table under `table`. In a process of its own: it enables the extension itself."""
+    folder = tmp_path_factory.mktemp("bench")
+    subprocess.run([sys.executable, TOOL, "--quick", "--output", folder], check=True, capture_output=True)
+    return {**json.loads((folder / "results.json").read_text()), "table": (folder / "benchmark.md").read_text()}
+
+
+@pytest.mark.parametrize(("mode", "limit"), [("SHADOWED", 1.7), ("INTERREFLECTED", 2.2)])
+def test_bake_is_mostly_its_rays(results, mode, limit):
+    """In processor seconds, over the same rays handed to the ray caster alone."""
+    result = results[f"over_its_rays {mode}"]
+    assert 0.95 < result["ratio"]["cpu"] < limit
+
+
+def test_bounces_are_cheap(results):
+    """Three of them, beside the rays."""
+    shares = [share["cpu"] for share in results["each_bounce"]["shares"]]
+    assert shares == sorted(shares)
+    assert shares[3] - shares[0] < 0.8
+
+
+def test_plain_estimator_needs_many_more_rays(results):
+    """At the same error, which it must really have reached."""
+    result = results["against_uniform"]
+    assert result["uniform_error"] == pytest.approx(result["error"], rel=0.25)
+    assert result["uniform_samples"] > 10 * result["samples"]
+    assert result["ratio"]["cpu"] > 10
+
+
+def test_time_grows_with_the_rays_alone(results):
+    """Beside what the ray caster itself does on larger scenes."""
+    for by in ("receivers", "samples"):
+        result = results[f"growth {by}"]
+        assert result["exponent"] < result["rays_exponent"] + 0.15
+
+
+def test_memory(results):
+    """Beyond the mesh and its result, which at this size are 12 MiB."""
+    shadowed, bounced = (results[f"memory core {mode}"] for mode in ("SHADOWED", "INTERREFLECTED"))
+    assert shadowed["beyond"] < 150 << 20
+    assert bounced["beyond"] < 300 << 20
+    assert bounced["hits_per_receiver"] <= 8 * 16 + 9
+
+
+def test_open_receivers(results):
+    """Millions per core and second."""
+    assert results["open_receivers"]["per_core_second"] > 2e6
+
+
+def test_blender_is_read_and_written_quickly(results):
+    """A small share even of a bake with half the usual rays."""
+    assert results["blender SHADOWED"]["ratio"]["cpu"] < 0.15
+
+
+def test_table_names_every_target(results):
+    """One row at least for each number that is wanted."""
+    for wanted in ("<= 1.20", "<= 1.40", "<= 1.05", "<= 600 MiB", "<= 3%", ">= 5 million/s"):
+        assert wanted in results["table"]

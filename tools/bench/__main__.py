@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How fast, how large, how it grows: all experiments in one run.
+
+    python tools/bench [--quick] [--output FOLDER] [--table FILE]
+
+Writes results.json, the table and pictures of the curves into the folder (build/bench).
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT), str(ROOT / "tools")]
+
+import experiments as run  # noqa: E402 - these need the path
+import report  # noqa: E402
+
+Experiment = tuple[str, Callable[[], run.Result]]
+
+
+def whole() -> Iterator[Experiment]:
+    """A quarter of an hour on two cores."""
+    for mode in ("SHADOWED", "INTERREFLECTED"):
+        yield f"over_its_rays {mode}", lambda mode=mode: run.over_its_rays(mode, 100_000, 256, 3)
+    yield "each_bounce", lambda: run.each_bounce(100_000, 128, 6, 3)
+    yield "against_uniform", lambda: run.against_uniform(2_000, 64)
+    sizes = (10_000, 31_600, 100_000, 316_000, 1_000_000)
+    yield "growth receivers", lambda: run.growth("SHADOWED", [(size, 16) for size in sizes], 2)
+    yield "growth bounced", lambda: run.growth("INTERREFLECTED", [(size, 16) for size in sizes], 1)
+    yield "growth samples", lambda: run.growth("SHADOWED", [(20_000, 4**k) for k in range(2, 6)], 2)
+    yield "open_receivers", lambda: run.open_receivers(1_000_000, 5)
+    for how, mode in (("core", "SHADOWED"), ("operator", "SHADOWED"), ("core", "INTERREFLECTED")):
+        yield f"memory {how} {mode}", lambda how=how, mode=mode: run.memory(how, mode, 1_000_000, 64)
+    for mode in ("SHADOWED", "INTERREFLECTED"):
+        yield f"blender {mode}", lambda mode=mode: run.blender_share(mode, 100_000, 256, 2)
+
+
+def quick() -> Iterator[Experiment]:
+    """A minute: enough to see that nothing became twice as slow or large."""
+    for mode in ("SHADOWED", "INTERREFLECTED"):
+        yield f"over_its_rays {mode}", lambda mode=mode: run.over_its_rays(mode, 20_000, 128, 3)
+    yield "each_bounce", lambda: run.each_bounce(10_000, 128, 3, 3)
+    yield "against_uniform", lambda: run.against_uniform(400, 32)
+    sizes = (4_000, 16_000, 64_000)
+    yield "growth receivers", lambda: run.growth("SHADOWED", [(size, 16) for size in sizes], 2)
+    yield "growth samples", lambda: run.growth("SHADOWED", [(4_000, 4**k) for k in range(2, 5)], 2)
+    yield "open_receivers", lambda: run.open_receivers(300_000, 5)
+    for mode in ("SHADOWED", "INTERREFLECTED"):
+        yield f"memory core {mode}", lambda mode=mode: run.memory("core", mode, 100_000, 16)
+    yield "blender SHADOWED", lambda: run.blender_share("SHADOWED", 20_000, 128, 2)
+
+
+def main() -> None:
+    """Run, tell, write."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--quick", action="store_true", help="a minute instead of a quarter of an hour")
+    parser.add_argument("--output", type=Path, default=ROOT / "build" / "bench")
+    parser.add_argument("--table", type=Path, help="also write the table of ratios here")
+    arguments = parser.parse_args()
+    arguments.output.mkdir(parents=True, exist_ok=True)
+    results = {}
+    for name, result in in_blender(quick() if arguments.quick else whole()):
+        results[name] = result
+        (arguments.output / "results.json").write_text(json.dumps(results, indent=1) + "\n")
+    table = report.table(results)
+    for path in filter(None, (arguments.output / "benchmark.md", arguments.table)):
+        path.write_text(table)
+    report.pictures(results, arguments.output)
+    print(table)
+
+
+def in_blender(experiments: Iterator[Experiment]) -> Iterator[tuple[str, run.Result]]:
+    """All results with their names; the extension is enabled for those that need it."""
+    import headless
+
+    headless.enable_extension()
+    try:
+        for name, experiment in experiments:
+            begun = time.monotonic()
+            with headless.quiet():
+                result = experiment()
+            print(f"{name}: {time.monotonic() - begun:.0f} s", file=sys.stderr, flush=True)
+            yield name, result
+    finally:
+        headless.disable_extension()
+
+
+if __name__ == "__main__":
+    main()

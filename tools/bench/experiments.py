@@ -1,0 +1,166 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is measured. Every experiment returns a dictionary of plain numbers, as it goes into the JSON."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import scenes
+from measure import Seconds, by_turns, exponent, median, now, ratio, timed
+from naive import uniform_sphere
+from rays_alone import rays_alone, receivers_of
+
+from prt_addon.core.bake import BakeSettings, Occluders, ReceiverGroup, bake, bounce, ray_count, trace_groups
+from prt_addon.core.raycast import RayScene
+from prt_addon.core.transport import shadowed
+
+Result = dict[str, Any]
+
+
+def _bake(groups: Sequence[ReceiverGroup], occluders: Occluders, settings: BakeSettings) -> Callable[[], Seconds]:
+    return lambda: timed(lambda: bake(groups, occluders, settings))
+
+
+def over_its_rays(mode: str, receivers: int, samples: int, turns: int) -> Result:
+    """A whole bake over its rays alone."""
+    groups, occluders = scenes.bake_input(scenes.court(receivers))
+    settings = BakeSettings(mode, samples)
+    runs = [_bake(groups, occluders, settings), lambda: rays_alone(groups, occluders, settings)]
+    times = by_turns(runs, turns)
+    alone = median([turn[1] for turn in times])
+    return {
+        "mode": mode,
+        "receivers": sum(map(len, groups)),
+        "samples": samples,
+        "ratio": asdict(ratio(times, 0, 1)),
+        "bake": asdict(median([turn[0] for turn in times])),
+        "rays_alone": asdict(alone),
+        "rays_per_second": ray_count(groups, settings) / alone.wall,
+    }
+
+
+def each_bounce(receivers: int, samples: int, bounces: int, turns: int) -> Result:
+    """The time of 0, 1, 2, ... bounces after the rays, over the time of the rays alone."""
+    groups, occluders = scenes.bake_input(scenes.court(receivers))
+    settings = BakeSettings("INTERREFLECTED", samples)
+    traced = trace_groups(groups, occluders, settings)
+
+    def bounces_of(count: int) -> Callable[[], Seconds]:
+        return lambda: timed(lambda: bounce(traced, occluders, replace(settings, bounces=count)))
+
+    runs = [*map(bounces_of, range(bounces + 1)), lambda: rays_alone(groups, occluders, settings)]
+    times = by_turns(runs, turns)
+    shares = [asdict(ratio(times, count, bounces + 1)) for count in range(bounces + 1)]
+    return {"receivers": len(traced.hits), "hits_per_receiver": traced.hits.count / len(traced.hits), "shares": shares}
+
+
+def against_uniform(receivers: int, samples: int) -> Result:
+    """The plain estimator with as many samples as it needs for the same error, and how much longer it takes."""
+    groups, occluders = scenes.bake_input(scenes.court(receivers))
+    scene = RayScene(occluders.vertices, occluders.triangles)
+    points = receivers_of(groups, scene)
+    truth = shadowed(scene, points, 1 << 14, seed=1)
+
+    def error(result: np.ndarray) -> float:
+        return float(np.sqrt(np.mean((result - truth) ** 2)))
+
+    begun = now()
+    ours = error(shadowed(scene, points, samples))
+    one = now() - begun
+    trial = error(uniform_sphere(scene, points, samples))
+    needed = round(samples * (trial / ours) ** 2)  # its variance falls with the number of samples
+    begun = now()
+    plain = error(uniform_sphere(scene, points, needed))
+    other = now() - begun
+    return {
+        "receivers": len(points),
+        "samples": samples,
+        "error": ours,
+        "uniform_error_at_same_samples": trial,
+        "uniform_samples": needed,
+        "uniform_error": plain,
+        "ratio": asdict(other.over(one)),
+    }
+
+
+def growth(mode: str, sizes: Sequence[tuple[int, int]], turns: int) -> Result:
+    """Bakes of (receivers, samples), their rays alone, and the power of the ray count that each grows with."""
+    found: dict[str, list[float]] = {"receivers": [], "samples": [], "rays": [], "bake": [], "rays_alone": []}
+    for receivers, samples in sizes:
+        groups, occluders = scenes.bake_input(scenes.court(receivers))
+        settings = BakeSettings(mode, samples)
+        runs = [_bake(groups, occluders, settings), lambda: rays_alone(groups, occluders, settings)]  # noqa: B023
+        times = by_turns(runs, turns)
+        count = ray_count(groups, settings)
+        row = (count / samples, samples, count, *(min(turn[k].cpu for turn in times) for k in (0, 1)))
+        for values, value in zip(found.values(), row, strict=True):
+            values.append(value)
+    return {
+        "mode": mode,
+        **found,
+        "exponent": exponent(found["rays"], found["bake"]),
+        "rays_exponent": exponent(found["rays"], found["rays_alone"]),
+    }
+
+
+def open_receivers(receivers: int, turns: int) -> Result:
+    """Unshadowed receivers per second."""
+    normals = np.random.default_rng(0).normal(size=(receivers, 3))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    group = ReceiverGroup("Normals", normals, normals, 1.0)
+    nothing = Occluders(np.empty((0, 3)), np.empty((0, 3), dtype=np.int32))
+    times = [_bake([group], nothing, BakeSettings("UNSHADOWED"))() for _ in range(turns)]
+    return {
+        "per_second": receivers / min(t.wall for t in times),
+        "per_core_second": receivers / min(t.cpu for t in times),
+    }
+
+
+def memory(how: str, mode: str, receivers: int, samples: int) -> Result:
+    """Peak of a bake in a process of its own; see `memory`."""
+    command = [sys.executable, str(Path(__file__).with_name("memory.py")), how, mode, str(receivers), str(samples)]
+    answer = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout
+    return json.loads(answer.splitlines()[-1])
+
+
+def blender_share(mode: str, receivers: int, samples: int, turns: int) -> Result:
+    """Reading meshes and writing attributes in Blender, over the bake between them. Needs `headless`' extension."""
+    import importlib
+
+    import blender_scene
+    import headless
+
+    def part(name: str) -> Any:
+        return importlib.import_module(f"{headless.PACKAGE}.prt_addon.{name}")
+
+    gather, layers, engine = part("scene.gather"), part("scene.transport_layers"), part("core.bake")
+    objects = blender_scene.court(receivers)
+    settings = engine.BakeSettings(mode, samples)
+
+    def turn() -> list[Seconds]:
+        clock = [now()]
+        plan = gather.gather(headless.bpy.context, objects, mode == "INTERREFLECTED")
+        clock.append(now())
+        results = engine.bake_all(plan.groups, plan.occluders, settings)
+        clock.append(now())
+        for ob, found, transport, evidence in zip(objects, plan.receivers, results, plan.evidence, strict=True):
+            layers.write(ob.data, found.domain, transport, found.element_receiver, settings, evidence=evidence)
+        clock.append(now())
+        return [after - before for before, after in pairwise(clock)]
+
+    times = [turn() for _ in range(turns)]
+    read, baked, write = (median([one[k] for one in times]) for k in range(3))
+    return {
+        "mode": mode,
+        "read": asdict(read.over(baked)),
+        "write": asdict(write.over(baked)),
+        "ratio": asdict((read + write).over(baked)),
+    }

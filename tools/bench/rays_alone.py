@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The yardstick: a bake's own rays, made beforehand, handed to `EmbreeScene.run` and nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from measure import NOTHING, Seconds, timed
+
+from prt_addon.core.bake import BakeSettings, Occluders, ReceiverGroup
+from prt_addon.core.parallel import ALL_CORES
+from prt_addon.core.raycast import RayScene
+from prt_addon.core.transport import Pattern, Receivers
+
+_CHUNKS_IN_MEMORY = 48
+
+
+def rays_alone(groups: Sequence[ReceiverGroup], occluders: Occluders, settings: BakeSettings) -> Seconds:
+    """The same rays in the same chunks on as many threads, as the same query: occlusion, or the nearest hit.
+
+    Making the rays and building the scene is not counted.
+    """
+    scene = RayScene(occluders.vertices, occluders.triangles)
+    receivers = receivers_of(groups, scene)
+    pattern = Pattern(settings.samples, settings.seed)
+    query = {"output": True} if settings.mode == "INTERREFLECTED" else {"query": "OCCLUDED"}
+    batch = pattern.chunk * _CHUNKS_IN_MEMORY
+    total = NOTHING
+    for first in range(0, len(receivers), batch):
+        starts = range(first, min(first + batch, len(receivers)), pattern.chunk)
+        rays = [pattern.rays(receivers[start : start + pattern.chunk]) for start in starts]
+
+        def cast(part: slice) -> int:
+            for one in rays[part]:  # noqa: B023 - runs before the next batch is made
+                scene._scene.run(one.origins, one.directions, **query)
+            return 0
+
+        total += timed(lambda: ALL_CORES.run(len(rays), 1, cast))  # noqa: B023
+    return total
+
+
+def receivers_of(groups: Sequence[ReceiverGroup], scene: RayScene) -> Receivers:
+    """What `core.bake` makes of groups."""
+    return Receivers(
+        points=scene.normalised(np.concatenate([group.points for group in groups])),
+        normals=np.concatenate([group.normals for group in groups]),
+        ids=np.concatenate([np.arange(len(group)) for group in groups]),
+        skips=np.concatenate([np.full(len(group), scene.skip_length(group.radius)) for group in groups]),
+    )

@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Results as a table of ratios, beside what they shall be, and as pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+Results = dict[str, dict[str, Any]]
+Row = tuple[str, str, str]
+
+_MIB = 1 << 20
+_HEAD = """# Benchmark
+
+Made by `make bench`: everything in one run, what is compared by turns, medians of the turns' ratios. Ratios of time are
+told as wall clock / processor seconds; on a machine with other work the latter is the steadier. "Its rays alone" are the
+same rays, made beforehand, handed to `EmbreeScene.run` in the same chunks on as many threads.
+
+| What | Measured | Wanted |
+|---|---|---|
+"""
+
+
+def table(results: Results) -> str:
+    """Markdown."""
+    rows = [row for name, result in results.items() for row in _ROWS[name.split()[0]](result)]
+    return _HEAD + "".join(f"| {' | '.join(row)} |\n" for row in rows)
+
+
+def _both(ratio: dict[str, float], digits: int = 2) -> str:
+    return f"{ratio['wall']:.{digits}f} / {ratio['cpu']:.{digits}f}"
+
+
+def _over_its_rays(result: dict[str, Any]) -> Iterator[Row]:
+    bounced = result["mode"] == "INTERREFLECTED"
+    what = "Interreflected, three bounces" if bounced else "Shadowed"
+    size = f"{result['receivers']:,} receivers, {result['samples']} samples"
+    yield f"{what}, over its rays alone ({size})", _both(result["ratio"]), "<= 1.40" if bounced else "<= 1.20"
+
+
+def _each_bounce(result: dict[str, Any]) -> Iterator[Row]:
+    for count, share in enumerate(result["shares"][1:], start=1):
+        before = result["shares"][count - 1]
+        step = {clock: share[clock] - before[clock] for clock in share}
+        yield (
+            f"Bounce {count}, over the rays alone ({result['hits_per_receiver']:.0f} hits a receiver)",
+            _both(step, 3),
+            "",
+        )
+
+
+def _against_uniform(result: dict[str, Any]) -> Iterator[Row]:
+    samples, needed = result["samples"], result["uniform_samples"]
+    yield f"Uniform sphere, samples for the error of {samples} ({result['error']:.1e})", f"{needed:,}", ""
+    yield "Uniform sphere, time over ours at that error", _both(result["ratio"], 0), ""
+
+
+def _growth(result: dict[str, Any]) -> Iterator[Row]:
+    by = "receivers" if len(set(result["receivers"])) > 1 else "samples"
+    low, high = result[by][0], result[by][-1]
+    mode = result["mode"].lower()
+    yield f"Exponent of time in {by}, {low:,.0f} to {high:,.0f}, {mode}", f"{result['exponent']:.3f}", "<= 1.05"
+    yield "The same of its rays alone", f"{result['rays_exponent']:.3f}", ""
+
+
+def _open_receivers(result: dict[str, Any]) -> Iterator[Row]:
+    rates = f"{result['per_second'] / 1e6:.1f} / {result['per_core_second'] / 1e6:.1f} million"
+    yield "Unshadowed receivers, per second / per core and second", rates, ">= 5 million/s"
+
+
+def _memory(result: dict[str, Any]) -> Iterator[Row]:
+    size = f"{result['mode'].lower()}, {result['receivers']:,} receivers, {result['samples']} samples, {result['how']}"
+    shadowed = result["mode"] == "SHADOWED"
+    yield f"Peak resident: {size}", f"{result['peak'] / _MIB:,.0f} MiB", "<= 2,048 MiB" if shadowed else ""
+    wanted = "<= 600 MiB" if shadowed else ""
+    yield "The same, beyond the mesh and its result", f"{result['beyond'] / _MIB:,.0f} MiB", wanted
+    if result["hits_per_receiver"]:
+        yield "Kept hits, bytes per receiver", f"{result['hits_per_receiver']:,.0f}", ""
+
+
+def _blender(result: dict[str, Any]) -> Iterator[Row]:
+    parts = f"reading {result['read']['cpu']:.1%}, writing {result['write']['cpu']:.1%}"
+    share = f"{result['ratio']['wall']:.1%} / {result['ratio']['cpu']:.1%}"
+    yield f"Blender's meshes over the bake, {result['mode'].lower()} ({parts})", share, "<= 3%"
+
+
+_ROWS = {
+    "over_its_rays": _over_its_rays,
+    "each_bounce": _each_bounce,
+    "against_uniform": _against_uniform,
+    "growth": _growth,
+    "open_receivers": _open_receivers,
+    "memory": _memory,
+    "blender": _blender,
+}
+
+
+def pictures(results: Results, folder: Path) -> None:
+    """Curves of growth and of the bounces, as PNG; none without matplotlib."""
+    try:
+        from matplotlib.figure import Figure
+    except ImportError:
+        return
+    for name, result in results.items():
+        figure = Figure(figsize=(6, 4), layout="constrained")
+        axes = figure.subplots()
+        if name.startswith("growth"):
+            by = "receivers" if len(set(result["receivers"])) > 1 else "samples"
+            for key, power, marker in (("bake", "exponent", "o-"), ("rays_alone", "rays_exponent", "s--")):
+                label = f"{key.replace('_', ' ')}, exponent {result[power]:.3f}"
+                axes.loglog(result[by], result[key], marker, label=label)
+            axes.set(xlabel=by, ylabel="processor seconds", title=result["mode"].capitalize())
+        elif name == "each_bounce":
+            for clock, marker in (("wall", "o-"), ("cpu", "s--")):
+                axes.plot([share[clock] for share in result["shares"]], marker, label=clock)
+            axes.set(xlabel="bounces", ylabel="time over that of the rays alone", ylim=(0, None))
+        else:
+            continue
+        axes.grid(True, which="both", alpha=0.3)
+        axes.legend()
+        figure.savefig(folder / f"{name.replace(' ', '_')}.png", dpi=120)
