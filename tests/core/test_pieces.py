@@ -131,6 +131,7 @@ def test_other_questions_share_a_folder_and_broken_files_are_traced_again(tmp_pa
     files[2].write_bytes(b"")
     (tmp_path / "notes.npz").write_text("not ours")
     np.savez(tmp_path / "theirs.npz", header=np.arange(3))
+    np.savez(tmp_path / "number.npz", header=3)
     assert_same(bake_all(groups, occluders, SETTINGS, Run(pieces=folder_of(tmp_path))), expected)
 
 
