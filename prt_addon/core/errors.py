@@ -30,5 +30,9 @@ class Interrupted(PRTError):
     """Ctrl-C; nothing was written."""
 
 
+class NoRoom(PRTError):
+    """What a bake must keep fits neither in memory nor in the temporary folder."""
+
+
 class Cancelled(PRTError):
     """The person asked to stop; nothing was written."""

@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from . import sh
 from .albedo import Albedo
 from .hits import ONE, HitStore, KeptHits, unpacked
 from .parallel import ALL_CORES, Workers
@@ -26,9 +25,8 @@ Int64 = npt.NDArray[np.int64]
 UInt32 = npt.NDArray[np.uint32]
 Bools = npt.NDArray[np.bool_]
 
-_COEFFICIENTS = sh.coefficient_count(sh.ORDER)
 _RECEIVERS_AT_A_TIME = 1 << 10  # measured: fewer pay for the calls, more leave the cache
-_HITS_AT_A_TIME = 1 << 18  # bounds the memory of bakes with many samples
+_HITS_AT_A_TIME = 1 << 19  # bounds the memory of bakes with many samples
 _PLACES_AT_A_TIME = 32
 _COARSE_AT_A_TIME = 1 << 11
 _FINE = 0.03  # at 256 rays; see `Gather`
@@ -95,7 +93,7 @@ class Gather:
 
     Most of the time goes into fetching what the three corners of each hit return. Where these differ by less than can
     be seen, one of them stands for all, each as often as the hits lie towards it: a random choice by the barycentrics,
-    which returns the same light on average and to the last bit the same energy. `_FINE` is the largest difference of a
+    which returns the same light on average, and always the same energy. `_FINE` is the largest difference of a
     coefficient that counts as none. The error that this adds is a small part of the noise that the rays have; as that falls
     faster with their number than the error of a random choice, the limit falls with the fourth root.
     """
@@ -230,24 +228,15 @@ class Gather:
             here = hits.starts[part.start : part.stop + 1]
             triangle, u, v = unpacked(hits.packed[here[0] : here[-1]])
             patterned = self._is_patterned.take(triangle)
-            starts[part.start + 1 : part.stop + 1] = np.diff(_starts_of(patterned, here - here[0]))
-            triangle, u, v = _those(patterned, triangle, u, v)
-            colour = albedo.at(triangle, *(np.divide(x, ONE, dtype=np.float32) for x in (u, v)))
+            count = np.concatenate([[0], np.cumsum(patterned)])
+            starts[part.start + 1 : part.stop + 1] = np.diff(count[here - here[0]])
+            u_here, v_here = (np.divide(x[patterned], ONE, dtype=np.float32) for x in (u, v))
+            colour = albedo.at(triangle[patterned], u_here, v_here)
             chunks[part.start] = np.rint(colour[:, : self.channels] * np.float32(ONE)).astype(np.uint16)
             return 0
 
         self._workers.run(len(hits), self._chunk, work)
         return np.cumsum(starts), np.concatenate([chunks[first] for first in sorted(chunks)])
-
-
-def _those(mask: Bools, *arrays: UInt32) -> tuple[UInt32, ...]:
-    return tuple(array[mask] for array in arrays)
-
-
-def _starts_of(mask: Bools, starts: Int64) -> Int64:
-    """(n + 1,) where runs that start at `starts` start among those of their items that a mask keeps."""
-    kept: Int64 = np.concatenate([[0], np.cumsum(mask)])[starts]
-    return kept
 
 
 def _sums(lit: Float32, source: npt.NDArray[np.intp], starts: Int64, weights: Float32 | None = None) -> Float32:

@@ -268,6 +268,8 @@ def _write(path: Path, arrays: dict[str, npt.NDArray[Any]]) -> None:
             file.flush()
             os.fsync(file.fileno())
         Path(temporary).replace(path)
-    except BaseException:
+    except BaseException as error:
         Path(temporary).unlink(missing_ok=True)
+        if isinstance(error, OSError) and error.filename is None:  # the disk is full: say which
+            raise OSError(error.errno, error.strerror or str(error), str(path.parent)) from error
         raise

@@ -9,6 +9,8 @@ from typing import Any, TypeVar, cast
 import numpy as np
 import numpy.typing as npt
 
+from .errors import NoRoom
+
 Array = TypeVar("Array", bound=npt.NDArray[Any])
 
 
@@ -32,14 +34,20 @@ class Spill:
         """The same numbers, in memory if they fit. What already lies in a file stays there and costs nothing.
 
         Raises:
-            OSError: if the temporary folder is full.
+            NoRoom: if the temporary folder is full, or cannot be written to.
         """
         if in_file(array):
             return array
         if array.nbytes <= self.left:
             self.left -= array.nbytes
             return array
-        return _mapped(array)
+        try:
+            return _mapped(array)
+        except OSError as error:
+            raise NoRoom(
+                f"The bake needs more memory than it may take, and its temporary folder cannot hold the rest ({error}): "
+                "free some space there, let TMPDIR name another folder, or bake with fewer samples."
+            ) from error
 
 
 def in_file(array: npt.NDArray[Any]) -> bool:

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Pieces in a folder: bakes that resume, and shards that merge, have the bits of a bake in one go."""
 
+import os
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -235,3 +237,18 @@ def test_a_folder_that_cannot_be_written_is_an_error(tmp_path):
     (tmp_path / "file").write_text("in the way")
     with pytest.raises(OSError):
         bake_shards(tmp_path / "file", 1)
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="a device that is always full")
+def test_a_full_disk_is_named_and_leaves_no_litter(tmp_path, monkeypatch):
+    """Every write fails as the last one on a full disk does."""
+    opened = os.fdopen
+
+    def full(handle, mode):
+        os.close(handle)
+        return opened(os.open("/dev/full", os.O_RDWR), mode)
+
+    monkeypatch.setattr(os, "fdopen", full)
+    with pytest.raises(OSError, match="No space left") as raised:
+        bake_shards(tmp_path, 1)
+    assert raised.value.filename == str(tmp_path) and not list(tmp_path.iterdir())

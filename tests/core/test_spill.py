@@ -5,7 +5,9 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+import pytest
 
+from prt_addon.core.errors import NoRoom
 from prt_addon.core.spill import Spill, in_file, memory_of
 
 
@@ -36,3 +38,10 @@ def test_no_file_is_left(tmp_path, monkeypatch):
     assert kept.sum() == 49_995_000
     del kept
     assert not list(Path(tmp_path).iterdir())
+
+
+def test_no_room_says_what_to_do(tmp_path, monkeypatch):
+    """Here the folder is gone; a full disk comes out the same way."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "gone"))
+    with pytest.raises(NoRoom, match="TMPDIR"):
+        Spill(0).keep(np.arange(10))
