@@ -16,6 +16,7 @@ import json
 import os
 import tempfile
 import zipfile
+import zlib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from itertools import pairwise
@@ -33,7 +34,7 @@ FORMAT = 1
 """To be counted up whenever the same question gets other bits, or files look different."""
 
 _SUFFIX = ".npz"
-_BROKEN = (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile)
+_BROKEN = (OSError, ValueError, TypeError, KeyError, EOFError, zipfile.BadZipFile, zlib.error)
 
 Float32 = npt.NDArray[np.float32]
 
@@ -267,6 +268,8 @@ def _write(path: Path, arrays: dict[str, npt.NDArray[Any]]) -> None:
             file.flush()
             os.fsync(file.fileno())
         Path(temporary).replace(path)
-    except BaseException:
+    except BaseException as error:
         Path(temporary).unlink(missing_ok=True)
+        if isinstance(error, OSError) and error.filename is None:  # the disk is full: say which
+            raise OSError(error.errno, error.strerror or str(error), str(path.parent)) from error
         raise

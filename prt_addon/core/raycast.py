@@ -35,7 +35,7 @@ SMALLEST_SKIP = 1e-5
 """The same, as a share of the whole scene's radius: below it float32 hits the surface the ray starts on."""
 
 
-_BLOCK = 1 << 14
+_BLOCK = 1 << 13
 """Triangles that are handed over at once: embreex lets no other thread run meanwhile, and Blender's window would freeze."""
 
 

@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Pieces in a folder: bakes that resume, and shards that merge, have the bits of a bake in one go."""
 
+import gc
+import os
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -131,6 +134,7 @@ def test_other_questions_share_a_folder_and_broken_files_are_traced_again(tmp_pa
     files[2].write_bytes(b"")
     (tmp_path / "notes.npz").write_text("not ours")
     np.savez(tmp_path / "theirs.npz", header=np.arange(3))
+    np.savez(tmp_path / "number.npz", header=3)
     assert_same(bake_all(groups, occluders, SETTINGS, Run(pieces=folder_of(tmp_path))), expected)
 
 
@@ -234,3 +238,23 @@ def test_a_folder_that_cannot_be_written_is_an_error(tmp_path):
     (tmp_path / "file").write_text("in the way")
     with pytest.raises(OSError):
         bake_shards(tmp_path / "file", 1)
+
+
+@pytest.mark.filterwarnings(
+    "ignore::pytest.PytestUnraisableExceptionWarning"
+)  # NumPy's zip file tries again when it dies
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="a device that is always full")
+def test_a_full_disk_is_named_and_leaves_no_litter(tmp_path, monkeypatch):
+    """Every write fails as the last one on a full disk does."""
+    opened = os.fdopen
+
+    def full(handle, mode):
+        os.close(handle)
+        return opened(os.open("/dev/full", os.O_RDWR), mode)
+
+    monkeypatch.setattr(os, "fdopen", full)
+    with pytest.raises(OSError, match="No space left") as raised:
+        bake_shards(tmp_path, 1)
+    assert raised.value.filename == str(tmp_path) and not list(tmp_path.iterdir())
+    del raised
+    gc.collect()
