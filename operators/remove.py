@@ -25,9 +25,10 @@ class PRT_OT_remove(bpy.types.Operator):
                 transport_layers.remove(ob.data)
                 heat_map.remove(ob.data)
         shading.remove_shading(objects)
-        if not any(transport_layers.is_baked(mesh) for mesh in bpy.data.meshes) and context.scene.world:
-            light.remove_light(context.scene.world)
+        if not any(transport_layers.is_baked(mesh) for mesh in bpy.data.meshes):
             report.forget(context.scene)
+            if context.scene.world:
+                light.remove_light(context.scene.world)
         self.report({"INFO"}, f"Removed PRT from {len(objects)} object(s).")
         return {"FINISHED"}
 
