@@ -43,7 +43,7 @@ class PRT_OT_report(bpy.types.Operator):
         name="Parts",
         description="What to measure",
         items=PART_ITEMS,
-        options={"ENUM_FLAG"},
+        options={"ENUM_FLAG", "SKIP_SAVE"},  # the panel has a button for each choice
         default=set(PARTS),
     )
     points: IntProperty(  # type: ignore[valid-type]
@@ -68,6 +68,7 @@ class PRT_OT_report(bpy.types.Operator):
         description="Also show the error at every vertex as a colour layer, blue where too dark and red where too bright, "
         "until the next report or Remove",
         default=False,
+        options={"SKIP_SAVE"},
     )
     picture_size: IntProperty(  # type: ignore[valid-type]
         name="Picture Size",
