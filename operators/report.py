@@ -3,6 +3,7 @@
 
 import json
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -42,7 +43,7 @@ class PRT_OT_report(bpy.types.Operator):
         name="Parts",
         description="What to measure",
         items=PART_ITEMS,
-        options={"ENUM_FLAG"},
+        options={"ENUM_FLAG", "SKIP_SAVE"},  # the panel has a button for each choice
         default=set(PARTS),
     )
     points: IntProperty(  # type: ignore[valid-type]
@@ -67,6 +68,7 @@ class PRT_OT_report(bpy.types.Operator):
         description="Also show the error at every vertex as a colour layer, blue where too dark and red where too bright, "
         "until the next report or Remove",
         default=False,
+        options={"SKIP_SAVE"},
     )
     picture_size: IntProperty(  # type: ignore[valid-type]
         name="Picture Size",
@@ -98,15 +100,15 @@ class PRT_OT_report(bpy.types.Operator):
         objects = report.baked_objects(context)
         if "END_TO_END" in self.parts:
             compare.check_pictures(scene, objects)
-        path = self._path()
-        path.parent.mkdir(parents=True, exist_ok=True)
+        light = report.read_light(scene)
         stale = _stale(context, objects)
         for sentence in stale:
             self.report({"WARNING"}, sentence)
+        path = self._path()
         document: dict[str, Any] = {"version": VERSION, "scene": scene.name, "stale": stale}
-        light = report.read_light(scene)
         with object_mode(context):
             baked = report.read_baked(context, objects)
+            path.parent.mkdir(parents=True, exist_ok=True)
             document |= self._surface(context, baked, light)
         if "END_TO_END" in self.parts:
             document["end_to_end"] = self._pictures(context, baked, path)
@@ -120,19 +122,14 @@ class PRT_OT_report(bpy.types.Operator):
     def _surface(self, context: bpy.types.Context, baked: list[report.Baked], light: Light) -> dict[str, Any]:
         """All but the pictures; and the heat maps, which an earlier report may have left."""
         workers = Workers(context.scene.render.threads)
-        manager = context.window_manager
-        manager.progress_begin(0, len(baked))
         measured = self.parts & set(PARTS)
         found = []
-        for number, one in enumerate(baked):
+        for one in _counted(context, baked):
             if measured:
                 found.append(find(one.subject, light, Effort(self.points, self.samples, self.seed), workers))
             heat_map.remove(one.ob.data)
             if self.heat_map:
-                errors = receiver_errors(one.subject, light, self.seed, workers)
-                heat_map.write(one.ob.data, one.receivers, errors)
-            manager.progress_update(number + 1)
-        manager.progress_end()
+                heat_map.write(one.ob.data, one.receivers, receiver_errors(one.subject, light, self.seed, workers))
         return surface_report(found, light.suns.share, measured) if found else {}
 
     def _pictures(self, context: bpy.types.Context, baked: list[report.Baked], path: Path) -> dict[str, Any]:
@@ -156,6 +153,18 @@ def advice_lines(document: dict[str, Any]) -> list[str]:
     if "end_to_end" in document:
         lines += [line for line in (document["end_to_end"]["advice"], document["end_to_end"]["note"]) if line]
     return lines
+
+
+def _counted(context: bpy.types.Context, baked: list[report.Baked]) -> Iterator[report.Baked]:
+    """One after the other, with a number at the cursor."""
+    manager = context.window_manager
+    manager.progress_begin(0, len(baked))
+    try:
+        for number, one in enumerate(baked):
+            manager.progress_update(number)
+            yield one
+    finally:
+        manager.progress_end()
 
 
 def _stale(context: bpy.types.Context, objects: list[bpy.types.Object]) -> list[str]:

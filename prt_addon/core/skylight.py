@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from copy import copy
+
 import numpy as np
 import numpy.typing as npt
 
@@ -12,8 +14,8 @@ Float32 = npt.NDArray[np.float32]
 Float64 = npt.NDArray[np.float64]
 Int64 = npt.NDArray[np.int64]
 
-MAX_WIDTH = 4096
-"""Of pictures as they are looked up: texels of 0.09 degrees, a sixth of the sun's disc. Wider ones are averaged down."""
+MAX_WIDTH = 2048
+"""Of pictures as they are looked up: texels of 0.18 degrees, a third of the sun's disc. Wider ones are averaged down."""
 
 
 class Skylight:
@@ -47,6 +49,12 @@ class Skylight:
         self.flux = float(self._ends[-1, -1])
         """Brightness (the mean of the channels) integrated over the sphere."""
         self._brightness = brightness.ravel()
+
+    def turned(self, turn: npt.ArrayLike) -> Skylight:
+        """The same sky under another turn (3, 3); shares its pictures."""
+        other = copy(self)
+        other._turn = np.asarray(turn, dtype=np.float64)
+        return other
 
     def radiance(self, directions: Float64) -> Float64:
         """(N, P, 3) what each picture shows along unit vectors (N, 3)."""

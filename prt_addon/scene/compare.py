@@ -20,7 +20,6 @@ import numpy.typing as npt
 
 from ..core.errors import RenderError
 from ..core.report.picture import Apart, apart, compared, flip
-from .gather import renderable_objects
 from .shading import our_nodes
 
 Float32 = npt.NDArray[np.float32]
@@ -112,7 +111,7 @@ def _alike(context: bpy.types.Context, objects: Sequence[bpy.types.Object], pict
         (cycles, {"max_bounces": pictures.bounces, "diffuse_bounces": pictures.bounces}),
         (cycles, {"sample_clamp_direct": 0.0, "sample_clamp_indirect": 0.0}),
     ]
-    for ob in renderable_objects(context.view_layer):
+    for ob in bpy.data.objects:  # also those that only their instances show
         if ob.is_editable:
             wanted.append((ob, {"is_holdout": ob not in objects}))
     before = [(owner, {name: getattr(owner, name) for name in values}) for owner, values in wanted]

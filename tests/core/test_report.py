@@ -20,6 +20,7 @@ from prt_addon.core.report.suns import find_suns
 from prt_addon.core.report.tessellation import tessellation
 from prt_addon.core.report.total import total
 from prt_addon.core.report.truncation import truncation
+from prt_addon.core.rotation import rotation_matrix
 from tests.core import shapes
 from tests.core.references import axis_angle, random_rotations
 
@@ -51,8 +52,6 @@ def sunny_sky():
 
 def light_of(pixels, turn=SCENE):
     """The sky, and its projection as the world would store it."""
-    from prt_addon.core.rotation import rotation_matrix
-
     return Light(pixels, turn, rotation_matrix(turn.T) @ project_equirect(pixels))
 
 

@@ -84,7 +84,7 @@ def test_all_parts_of_a_soft_fine_scene_are_small(blender, report, room):
     assert floor["area"] == pytest.approx(4.0)
     assert "more samples would not be seen" in document["all"]["advice"]["sampling"]
     assert "order 2 is enough" in document["all"]["advice"]["truncation"]
-    assert document["suns"]["share_of_light"] == 0.0
+    assert document["suns"]["share_of_light"] == 0.0 and "rest" not in document["all"]["advice"]
 
 
 def test_error_is_found_where_it_was_put(blender, part, report, room):
@@ -100,6 +100,7 @@ def test_error_is_found_where_it_was_put(blender, part, report, room):
     assert value(document, "total") == pytest.approx(0.1, abs=0.01)
     assert document["all"]["total"]["bias"]["value"] == pytest.approx(0.1, abs=0.01)
     assert max(value(document, part) for part in ("sampling", "truncation", "tessellation")) < 0.02
+    assert "in none of these parts" in document["all"]["advice"]["rest"]
 
 
 @pytest.mark.parametrize("mode", ["UNSHADOWED", "SHADOWED", "INTERREFLECTED"])
@@ -119,7 +120,7 @@ def test_objects_keep_their_own_settings(blender, stage, report, sky):
     """Two bakes of two kinds in one report, each judged by its own question."""
     for name, x in (("A", -2), ("B", 2)):
         stage.object_of(name, stage.icosphere(3), stage.diffuse(), (x, 0, 0))
-        stage.object_of("Floor" + name, stage.grid(2, 1.5), None, (x, 0, -1.05))
+        stage.object_of("Floor" + name, stage.grid(16, 1.5), None, (x, 0, -1.3))
     for name, mode, samples in (("A", "SHADOWED", 16), ("B", "INTERREFLECTED", 256)):
         for ob in blender.data.objects:
             ob.select_set(ob.name == name)
@@ -130,6 +131,20 @@ def test_objects_keep_their_own_settings(blender, stage, report, sky):
     assert (a["name"], a["mode"], b["name"], b["mode"]) == ("A", "SHADOWED", "B", "INTERREFLECTED")
     assert a["sampling"]["relative_rms"]["low"] > b["sampling"]["relative_rms"]["high"]
     assert a["total"]["relative_rms"]["value"] < 0.05 and b["total"]["relative_rms"]["value"] < 0.03
+
+
+def test_coarse_surroundings_are_blamed(blender, stage, report, sky):
+    """A ball that floats over one large, unbaked quad: what bounces off it is wrong, and finer meshes would help."""
+    ball = stage.object_of("Ball", stage.icosphere(4), stage.diffuse())
+    floor = stage.object_of("Floor", stage.grid(2, 1.5), None, (0, 0, -1.05))
+    ball.select_set(True)
+    blender.ops.prt.bake(mode="INTERREFLECTED", samples=256)
+    document = report()
+    assert "subdivide what light bounces off" in document["all"]["advice"]["rest"]
+    floor.data = stage.grid(48, 1.5)
+    blender.ops.prt.bake(mode="INTERREFLECTED", samples=256)
+    finer = report()
+    assert "rest" not in finer["all"]["advice"] and value(finer, "total") < 0.5 * value(document, "total")
 
 
 @pytest.mark.parametrize("name", sorted(WITH_SUN | WITHOUT))

@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from math import ceil, log2
+from collections.abc import Sequence
+from math import ceil, hypot, log2, sqrt
 
 from .measures import Estimate, percent
 from .picture import Apart
@@ -75,6 +76,21 @@ def about_tessellation(part: Tessellation, others: float) -> str:
         return f"{percent(error)} between vertices: a finer mesh would not be seen."
     name, share = max(part.shares.items(), key=lambda item: item[1])
     return f"Subdivide '{name}': {percent(share)} of the error between vertices sits there."
+
+
+def about_rest(whole: Estimate, parts: Sequence[Estimate], bounces: bool) -> str | None:
+    """What the whole error holds beside its parts, if that is more than their intervals leave open.
+
+    Args:
+        bounces: whether light bounces off surfaces that need not have been measured themselves.
+    """
+    if not whole.is_known or whole.low <= hypot(*(part.high for part in parts)):
+        return None
+    rest = sqrt(whole.value**2 - sum(part.value**2 for part in parts))
+    if rest <= ENOUGH:
+        return None
+    remedy = "subdivide what light bounces off" if bounces else "what is stored is not this bake: bake again"
+    return f"{percent(rest)} of error is in none of these parts: {remedy}."
 
 
 def about_pictures(found: Apart) -> str:

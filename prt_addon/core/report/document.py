@@ -7,7 +7,7 @@ from collections.abc import Collection, Sequence
 from math import isfinite
 from typing import Any
 
-from .advice import about_pictures, about_sampling, about_tessellation, about_truncation
+from .advice import about_pictures, about_rest, about_sampling, about_tessellation, about_truncation
 from .findings import Findings
 from .measures import CONVERGED, Estimate
 from .picture import Apart
@@ -68,7 +68,10 @@ def _advice(found: Sequence[Findings], suns: float, parts: Collection[str]) -> J
         "TRUNCATION": about_truncation(loss, suns),
         "TESSELLATION": about_tessellation(bend, max(errors[:2])),
     }
-    return {part.lower(): line for part, line in lines.items() if part in parts}
+    told: Json = {part.lower(): line for part, line in lines.items() if part in parts}
+    bounces = any(one.mode == "INTERREFLECTED" for one in found)
+    rest = about_rest(total(found).relative_rms, [part.relative_rms for part in (noise, loss, bend)], bounces)
+    return told | ({"rest": rest} if rest else {})
 
 
 def _total(part: Total) -> Json:

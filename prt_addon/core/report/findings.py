@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,8 +18,10 @@ from .subject import ORDERS, Light, Subject, clamped, dot
 
 Float64 = npt.NDArray[np.float64]
 
+INSIDE = 0.9
+"""Share of the rays that end on backs of faces, from which on a point lies in the midst of other geometry."""
+
 _MOST = 16  # times the samples, for a truth that is slow to converge
-INSIDE = 0.9  # share of rays that end on backs, in the midst of other geometry
 _FRESH_RAYS = 1 << 22  # of one object, for sampling and tessellation: about a second
 
 
@@ -33,7 +34,7 @@ class Effort:
     seed: of all random numbers.
     """
 
-    points: int = 512
+    points: int = 256
     samples: int = 256
     seed: int = 0
 
@@ -84,19 +85,11 @@ def find(subject: Subject, light: Light, effort: Effort, workers: Workers = ALL_
     weights = np.full(int(seen.sum()), surface / max(len(seen), 1))
     points, clear = _some(points, seen), _some(clear, seen)
 
-    shown_light, sky = light.shown(subject.axes), light.sky(subject.axes)
+    shown_light = light.shown(subject.axes)
     stored = subject.transport[points.corners].astype(np.float64)
     shown = clamped(points.between(dot(stored, shown_light)))
 
-    bounces = subject.scenery.bounces(subject.settings)
-    scene = subject.scenery.scene if subject.casts_rays else None
-    receivers = subject.receivers_at(points.positions, points.normals, np.arange(len(points)))
-
-    def trace(samples: int, seed: int) -> tuple[Float64, Float64]:
-        arrived = trace_light(scene, receivers, sky, samples, seed, bounces, ORDERS[-1], workers)
-        return arrived.radiance, arrived.transport
-
-    radiance, transport = _converged(trace, weights, effort)
+    radiance, transport = _truth(subject, light, points, weights, effort, workers)
     projected = light.projected(subject.axes)
     kept = _clamped_twice(dot(transport[:, :, : len(shown_light)], shown_light))
     orders = [_clamped_twice(_truncated(transport, projected[0], order)) for order in ORDERS]
@@ -122,22 +115,25 @@ def find(subject: Subject, light: Light, effort: Effort, workers: Workers = ALL_
     )
 
 
-def _converged(
-    trace: Callable[[int, int], tuple[Float64, Float64]], weights: Float64, effort: Effort
+def _truth(
+    subject: Subject, light: Light, points: SurfacePoints, weights: Float64, effort: Effort, workers: Workers
 ) -> tuple[Float64, Float64]:
     """Two independent traces, radiance (2, n, P, 3) and transport (2, n, K, 3), of as many paths as it takes."""
-    radiance, transport = _both(trace, effort.samples, effort.seed)
+    scene = subject.scenery.scene if subject.casts_rays else None
+    receivers = subject.receivers_at(points.positions, points.normals, np.arange(len(points)))
+    sky, bounces = light.sky(subject.axes), subject.scenery.bounces(subject.settings)
+
+    def trace(samples: int, seed: int) -> tuple[Float64, Float64]:
+        pair = [trace_light(scene, receivers, sky, samples, 2 * seed + k, bounces, ORDERS[-1], workers) for k in (0, 1)]
+        return np.stack([one.radiance for one in pair]), np.stack([one.transport for one in pair])
+
     samples = effort.samples
+    radiance, transport = trace(samples, effort.seed)
     while samples < _MOST * effort.samples and reference_interval(radiance[:, :, 0], weights) > CONVERGED:
-        more = _both(trace, samples, effort.seed + samples)
+        more = trace(samples, effort.seed + samples)
         radiance, transport = (radiance + more[0]) / 2.0, (transport + more[1]) / 2.0
         samples *= 2
     return radiance, transport
-
-
-def _both(trace: Callable[[int, int], tuple[Float64, Float64]], samples: int, seed: int) -> tuple[Float64, Float64]:
-    one, other = (trace(samples, 2 * seed + k) for k in (0, 1))
-    return np.stack([one[0], other[0]]), np.stack([one[1], other[1]])
 
 
 def _truncated(transport: Float64, light: Float64, order: int) -> Float64:
@@ -164,18 +160,16 @@ def _fresh(
     A corner that several points share is baked anew for each, with a turn of its own: the points stay independent.
     """
     corners = points.corners.ravel()
-    ids = np.arange(len(corners) + len(points))
-    at_corners = subject.receivers_at(
-        subject.group.points[corners], subject.group.normals[corners], ids[: len(corners)]
+    receivers = subject.receivers_at(
+        np.concatenate([subject.group.points[corners], points.positions]),
+        np.concatenate([subject.group.normals[corners], points.normals]),
+        np.arange(len(corners) + len(points)),
     )
-    at_points = subject.receivers_at(points.positions, points.normals, ids[len(corners) :])
     found = []
     for k in (1, 2):
         seed = subject.settings.seed + 2 * effort.seed + k
-        here, there = (
-            dot(fresh_transport(subject, some, subject.settings.samples, seed, workers), light)
-            for some in (at_points, at_corners)
-        )
+        transport = fresh_transport(subject, receivers, subject.settings.samples, seed, workers)
+        there, here = np.split(dot(transport, light), [len(corners)])
         found.append((here, points.between(there.reshape(-1, 3, 3))))
     here, between = (np.stack(one) for one in zip(*found, strict=True))
     return _clamped_twice(here), _clamped_twice(between)

@@ -42,13 +42,14 @@ class Light:
             stored: (9, 3) the SH light as it is shown: turned, scaled, windowed.
         """
         self.suns: Suns = find_suns(picture)
-        self.pictures: Float32 = np.stack([picture, self.suns.without] if self.suns.matter else [picture])
+        pictures = [picture, self.suns.without] if self.suns.matter else [picture]
         self.turn, self.stored = turn, stored
-        self._projected = [project_equirect(one, ORDERS[-1]) for one in self.pictures]
+        self._sky = Skylight(np.stack(pictures), turn)
+        self._projected = [project_equirect(one, ORDERS[-1]) for one in pictures]
 
     def sky(self, axes: Float64) -> Skylight:
         """The sky along directions in axes (3, 3), whose columns are the world's directions of them."""
-        return Skylight(self.pictures, self.turn @ axes)
+        return self._sky.turned(self.turn @ axes)
 
     def shown(self, axes: Float64) -> Float64:
         """(9, 3) the stored light in these axes."""
@@ -102,14 +103,18 @@ class Scenery:
         """How paths go on from these surfaces, if the bake had light bounce."""
         if not bounce_count(settings) or self.occluders.albedo is None:
             return None
-        corner = self.corner_receiver
         return Bounces(
             bounce_count(settings),
             self._corners,
-            np.where((corner >= 0)[..., None], self.receivers.normals[corner], 0.0),
-            (corner >= 0).any(axis=1),
+            self._normals,
+            (self.corner_receiver >= 0).any(axis=1),
             self.occluders.albedo,
         )
+
+    @cached_property
+    def _normals(self) -> Float64:
+        corner = self.corner_receiver
+        return np.where((corner >= 0)[..., None], self.receivers.normals[corner], 0.0)
 
     @cached_property
     def _corners(self) -> Float64:

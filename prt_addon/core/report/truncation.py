@@ -25,7 +25,7 @@ class Truncation:
 
     relative_rms: with the light as it is stored on the world, its window included.
     by_order: what orders 1 to 6 lose of the plain sky.
-    without_suns: what the stored order would lose if the sky's suns were lamps; None if it has none.
+    without_suns: what order 2 would lose if the sky's suns were lamps, still as a share of all light; None if it has none.
     reference_interval: half the 95 % interval of the truth at a point, that is, of the yardstick itself; the largest
         of the objects.
     """
