@@ -90,43 +90,42 @@ def first_day(display: Display) -> None:
         window.click_text("Bake PRT")
         window.hover_view()
         for share in (0.1, 0.3):
-            window.wait(lambda now, share=share: (now["progress"] or 0.0) > share, 120, "progress to move")
+            window.wait(lambda now, share=share: (now["progress"] or 0.0) > share, "progress to move")
         window.screenshot("window_2_baking")
         assert window.state["progress"], "the bake is too quick to be stopped half way"
         window.press("Escape")
-        now = window.wait(lambda now: now["progress"] is None, 10, "Esc to stop the bake")
+        now = window.wait(lambda now: now["progress"] is None, "Esc to stop the bake")
         assert now["content"] == pristine, "a cancelled bake changed the file"
         window.screenshot("window_3_cancelled")
         step("Esc half way leaves everything as it was")
 
         window.click_text("Bake PRT")
-        window.wait(lambda now: (now["progress"] or 0.0) > 0.0, 30, "progress to start")
-        now = window.wait(lambda now: now["progress"] is None and now["baked"] == 2, 300, "the bake to end")
+        now = window.wait(lambda now: now["progress"] is None and now["baked"] == 2, "the bake to end")
         baked = now["content"]
         before = picture_of_view(window, "window_4_baked")
         step("the button bakes, the progress moves")
 
         turn_by_slider(window)
-        window.wait(lambda now: abs(now["turn"][2]) > 0.1, 20, "the slider to turn the world")
+        window.wait(lambda now: abs(now["turn"][2]) > 0.1, "the slider to turn the world")
         after = picture_of_view(window, "window_5_turned")
         turned = window.state["turn"]
         assert difference(before, after) > 0.02, "the viewport did not turn with the world"
         step("the slider turns the light in the viewport")
 
         window.press_at_rest("ctrl+z")
-        window.wait(lambda now: now["turn"] != turned and now["baked"] == 2, 20, "undo of the turn")
+        window.wait(lambda now: now["turn"] != turned and now["baked"] == 2, "undo of the turn")
         window.press_at_rest("ctrl+z")
-        window.wait(lambda now: now["content"] == pristine, 20, "undo of the bake in one step")
+        window.wait(lambda now: now["content"] == pristine, "undo of the bake in one step")
         window.screenshot("window_6_undone")
         window.press_at_rest("ctrl+shift+z")
-        window.wait(lambda now: now["content"] == baked, 20, "redo of the bake")
+        window.wait(lambda now: now["content"] == baked, "redo of the bake")
         window.press_at_rest("ctrl+shift+z")
-        window.wait(lambda now: now["turn"] == turned, 20, "redo of the turn")
+        window.wait(lambda now: now["turn"] == turned, "redo of the turn")
         window.screenshot("window_7_redone")
         step("undo and redo, a step each")
 
         window.press_at_rest("ctrl+s")
-        window.wait(lambda now: now["saved"], 20, "the file to be saved")
+        window.wait(lambda now: now["saved"], "the file to be saved")
         window.close()
     no_traceback(window)
 
@@ -135,17 +134,19 @@ def first_day(display: Display) -> None:
         assert now["content"] == baked and now["turn"] == turned, "the file did not come back as it was saved"
         if now["tab"] != "PRT":
             open_tab(window)
+        window.settle()
         window.screenshot("window_8_reopened")
         window.crop(drawn_panels(window), HERE / "panel.png")
         window.click_text("Remove Everything")
-        window.wait(lambda now: now["baked"] == 0, 20, "removal")
+        window.wait(lambda now: now["baked"] == 0, "removal")
         window.press_at_rest("ctrl+s")
-        window.wait(lambda now: now["saved"], 20, "the file to be saved")
+        window.wait(lambda now: now["saved"], "the file to be saved")
         window.close()
     no_traceback(window)
 
     with Window(display, SCENE, WITH, HERE) as window:
         assert window.state["baked"] == 0
+        window.settle()
         window.screenshot("window_9_removed_and_reopened")
     no_traceback(window)
     step("saved, reopened, removed, saved and reopened")
@@ -177,6 +178,7 @@ def without_ray_caster() -> None:
         window.find("ray caster is missing")
         window.screenshot("no_wheels_1_tab")
         window.click_text("Bake PRT")
+        window.settle()
         assert window.state["progress"] is None and window.state["baked"] == 0
         window.screenshot("no_wheels_2_refused")
     no_traceback(window)
@@ -187,9 +189,9 @@ def open_tab(window: Window) -> None:
     """The sidebar by its key, the tab by a click."""
     if not window.state["sidebar"]:
         window.press("n")
-        window.wait(lambda now: now["sidebar"], 10, "the sidebar")
+        window.wait(lambda now: now["sidebar"], "the sidebar")
     window.click_tab("PRT")
-    window.wait(lambda now: now["tab"] == "PRT", 10, "the tab")
+    window.wait(lambda now: now["tab"] == "PRT", "the tab")
     window.hover_view()
 
 

@@ -21,6 +21,7 @@ Box = tuple[int, int, int, int]  # left, top, width, height in pixels, y down
 DISPLAY = ":7"
 ENLARGED = 3  # Blender's 11-pixel letters are too small for OCR
 WHITE = "70%,95%"  # levels of Blender's letters over a picture
+DEADLINE = 600.0  # seconds to wait for what must come
 PATIENCE = 5  # looks at the screen, a second apart, before what is not there is missed
 
 
@@ -46,7 +47,7 @@ class Display:
         command = ["Xvfb", DISPLAY, "-screen", "0", "{}x{}x24".format(*self.size), "-nolisten", "tcp"]
         self._server = subprocess.Popen(command, stderr=subprocess.DEVNULL)
         os.environ["DISPLAY"] = DISPLAY
-        wait_until(lambda: Path(f"/tmp/.X11-unix/X{DISPLAY[1:]}").exists(), 20, "the display")
+        wait_until(lambda: Path(f"/tmp/.X11-unix/X{DISPLAY[1:]}").exists(), "the display")
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -73,7 +74,7 @@ class Window:
             self._blender = subprocess.Popen(
                 [*command, "--", self._told], env=environment, stdout=log, stderr=subprocess.STDOUT
             )
-        wait_until(self._told.exists, 120, "Blender's window")
+        wait_until(self._told.exists, "Blender's window")
         window = shell("xdotool", "search", "--onlyvisible", "--class", "blender").split()[-1]
         shell("xdotool", "windowfocus", window)  # no window manager does it
         self.hover_view()
@@ -88,16 +89,16 @@ class Window:
     def close(self) -> None:
         """Quit as a person does, and wait for the end."""
         self.press_at_rest("ctrl+q")
-        self._blender.wait(60)
+        self._blender.wait(DEADLINE)
 
     @property
     def state(self) -> dict:
         """What watch.py tells; at most half a second old."""
         return json.loads(self._told.read_text())
 
-    def wait(self, condition: Callable[[dict], bool], seconds: float, what: str) -> dict:
+    def wait(self, condition: Callable[[dict], bool], what: str) -> dict:
         """Wait until the state is as wanted, and return it."""
-        wait_until(lambda: condition(self.state), seconds, what)
+        wait_until(lambda: condition(self.state), what)
         return self.state
 
     def hover_view(self) -> None:
@@ -216,7 +217,7 @@ class Window:
                 return False
             return not any("ompil" in line.text for line in self.read(corner, levels=WHITE))
 
-        wait_until(settled, 600, "the window to come to rest")
+        wait_until(settled, "the window to come to rest")
 
     def crop(self, box: Box, path: Path) -> None:
         """A part of the screen."""
@@ -263,10 +264,10 @@ def shell(*command: object) -> str:
     return done.stdout
 
 
-def wait_until(condition: Callable[[], bool], seconds: float, what: str) -> None:
-    """Raises AssertionError if it does not come true in time."""
-    end = time.monotonic() + seconds
+def wait_until(condition: Callable[[], bool], what: str) -> None:
+    """Raises AssertionError if it does not come true in time, of which a software renderer on a busy machine needs much."""
+    end = time.monotonic() + DEADLINE
     while not condition():
         if time.monotonic() > end:
-            raise AssertionError(f"waited {seconds:.0f} s in vain for {what}")
+            raise AssertionError(f"waited {DEADLINE:.0f} s in vain for {what}")
         time.sleep(0.1)
