@@ -115,7 +115,6 @@ def test_light_is_what_blender_renders(blender, part, scene, stage, brute_force,
         for rotation, truth in zip(ROTATIONS, truths, strict=True):
             mapping.inputs["Rotation"].default_value = rotation
             error = relative(light.shown_light(world), truth)
-            print(sky, detour, rotation, error)
             assert error.max() < 1e-3
 
 
@@ -132,7 +131,6 @@ def test_mirror_ball_is_what_blender_renders(blender, part, scene, stage, brute_
     blender.ops.prt.project_light()
     mapping.inputs["Rotation"].default_value = ROTATIONS[3]
     error = relative(part("scene.light").shown_light(world), brute_force(16))
-    print(error)
     assert error.max() < 1e-3
 
 
