@@ -159,8 +159,8 @@ def legible(name: str, scale: float, size: tuple[int, int]) -> None:
         open_tab(window)
         for panel in window.state["folded"]:
             window.click_text(panel)
-        window.hover_view()
-        window.settle()
+            window.hover_view()
+            window.settle()  # the panels slide
         window.screenshot(name)
         lines = [line.text for line in window.read(window.panels)]
         cut = [line for line in lines if re.search(r"\.\.|…", line)]  # how Blender shortens what does not fit
