@@ -23,14 +23,14 @@ NO_WORLD = "import bpy; bpy.context.scene.world = None; bpy.ops.prt.bake(samples
 
 def main() -> None:
     """All of it, in the order of a person's first day."""
-    with Display(1280, 800) as display:
+    with Display(1280, 1100) as display:
         install(WITH, next(HERE.glob("*linux_x64.zip")))
         blender(WITH, "-b", "--python", HERE / "scene.py", "--", SCENE)
         step("installed from the zip")
         batch()
         first_day(display)
-    legible("at_100_percent", 1.0, (1280, 1600))
-    legible("at_200_percent", 2.0, (1800, 2800))
+    legible("at_100_percent", 1.0, (1280, 1800))
+    legible("at_200_percent", 2.0, (1800, 3400))
     without_ray_caster()
     print("The application accepts it. Look at the pictures.")
 
@@ -159,8 +159,8 @@ def legible(name: str, scale: float, size: tuple[int, int]) -> None:
         open_tab(window)
         for panel in window.state["folded"]:
             window.click_text(panel)
-        window.hover_view()
-        window.settle()
+            window.hover_view()
+            window.settle()  # the panels slide
         window.screenshot(name)
         lines = [line.text for line in window.read(window.panels)]
         cut = [line for line in lines if re.search(r"\.\.|…", line)]  # how Blender shortens what does not fit
@@ -173,7 +173,7 @@ def legible(name: str, scale: float, size: tuple[int, int]) -> None:
 def without_ray_caster() -> None:
     """The zip without wheels: the panel says what is missing, and nothing raises."""
     install(NO_WHEELS, HERE / min((path.name for path in HERE.glob("prt_relight-*.zip")), key=len))
-    with Display(1280, 800) as display, Window(display, SCENE, NO_WHEELS, HERE) as window:
+    with Display(1280, 1100) as display, Window(display, SCENE, NO_WHEELS, HERE) as window:
         open_tab(window)
         window.find("ray caster is missing")
         window.screenshot("no_wheels_1_tab")

@@ -19,7 +19,7 @@ from pathlib import Path
 
 Box = tuple[int, int, int, int]  # left, top, width, height in pixels, y down
 DISPLAY = ":7"
-ENLARGED = 3  # Blender's 11-pixel letters are too small for OCR
+LETTERS = 60  # pixels that a row of Blender's interface, 20 at scale 1, is enlarged to: OCR wants large letters
 WHITE = "70%,95%"  # levels of Blender's letters over a picture
 DEADLINE = 600.0  # seconds to wait for what must come
 PATIENCE = 5  # looks at the screen, a second apart, before what is not there is missed
@@ -179,13 +179,14 @@ class Window:
         seen, enlarged = self.scratch / "seen.png", self.scratch / "enlarged.png"
         left, top, _, _ = box
         self.crop(box, seen)
+        enlargement = max(1, round(LETTERS / self.state["row"]))
         look = [
             "-colorspace",
             "Gray",
             "-filter",
             "Lanczos",
             "-resize",
-            f"{ENLARGED}00%",
+            f"{enlargement}00%",
             "-level",
             "30%,70%",
             "-negate",
@@ -196,7 +197,7 @@ class Window:
         for row in csv.DictReader(table.splitlines(), delimiter="\t", quoting=csv.QUOTE_NONE):
             if row["text"] is None or not row["text"].strip():
                 continue
-            x, y, w, h = (int(row[key]) // ENLARGED for key in ("left", "top", "width", "height"))
+            x, y, w, h = (int(row[key]) // enlargement for key in ("left", "top", "width", "height"))
             line = lines.setdefault((row["block_num"], row["par_num"], row["line_num"]), Line([], []))
             line.words.append(row["text"])
             line.boxes.append((x, y, w, h) if turned else (left + x, top + y, w, h))
