@@ -161,12 +161,14 @@ def read_receivers(name: str, mesh: bpy.types.Mesh, matrix: Float64) -> ObjectRe
     points = _transformed(_positions(mesh), matrix)
     radius = float(np.linalg.norm(np.ptp(points, axis=0))) / 2.0 if len(points) else 0.0
     to_world = np.linalg.pinv(matrix[:3, :3])  # normals turn by the inverse transpose; flat scales have no inverse
-    corner_vertex = corner_vertices(mesh)
-    corner_normal = _unit(vector_array(mesh.corner_normals, "vector") @ to_world)
-    vertex_normal = _unit(vector_array(mesh.vertex_normals, "vector") @ to_world)  # loose vertices have no corner
-    vertex_normal[corner_vertex] = corner_normal
-
-    if np.abs(corner_normal - vertex_normal[corner_vertex]).max(initial=0.0) < _SAME_NORMAL:
+    vertex_normal = _unit(vector_array(mesh.vertex_normals, "vector") @ to_world)
+    differ = mesh.normals_domain != "POINT"  # or else the corners show those of their vertices
+    if differ:
+        corner_vertex = corner_vertices(mesh)
+        corner_normal = _unit(vector_array(mesh.corner_normals, "vector") @ to_world)
+        vertex_normal[corner_vertex] = corner_normal  # loose vertices have no corner
+        differ = np.abs(corner_normal - vertex_normal[corner_vertex]).max(initial=0.0) >= _SAME_NORMAL
+    if not differ:
         group = ReceiverGroup(name, points, vertex_normal, radius, edges=edge_vertices(mesh))
         return ObjectReceivers(group, "POINT", np.arange(len(points)))
 
