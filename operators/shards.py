@@ -9,9 +9,10 @@ import bpy
 from bpy.props import IntProperty, StringProperty
 
 from ..prt_addon.bake_job import BakeJob
-from ..prt_addon.core.bake import PLAINLY, trace_shard
+from ..prt_addon.core.bake import trace_shard
 from ..prt_addon.core.errors import ShardError
 from ..prt_addon.core.pieces import PieceFolder, Question, Shard
+from ..prt_addon.core.run import PLAINLY
 from ..prt_addon.scene.settings import (
     BakeProperties,
     MemoryProperties,

@@ -16,10 +16,12 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from .core.bake import PLAINLY, BakeSettings, Occluders, ReceiverGroup, Run, bake_all, bounce_work, ray_count
+from .core.bake import bake_all, bounce_work, ray_count
 from .core.errors import Cancelled, PRTError
+from .core.inputs import BakeSettings, Occluders, ReceiverGroup
 from .core.kept import KeptTraces
 from .core.parallel import Workers
+from .core.run import PLAINLY, Run
 
 Result = TypeVar("Result")
 

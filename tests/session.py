@@ -38,7 +38,7 @@ def long_job():
     part = sys.modules[f"{headless.PACKAGE}.prt_addon.bake_job"]
     gather = sys.modules[f"{headless.PACKAGE}.prt_addon.scene.gather"]
     plan = gather.gather(bpy.context, [bpy.data.objects["Ball"]])
-    settings = sys.modules[f"{headless.PACKAGE}.prt_addon.core.bake"].BakeSettings(samples=1 << 18)
+    settings = sys.modules[f"{headless.PACKAGE}.prt_addon.core.inputs"].BakeSettings(samples=1 << 18)
     job = part.whole_bake(plan.groups, plan.occluders, settings, 2)
     job.start()
     return job

@@ -186,7 +186,7 @@ def test_company_is_shadowed_and_all_rays_are_counted(blender, part, scene, stag
     assert layers.read(ground.data)[:, 0] == pytest.approx(open_sky, abs=1e-4)
     roof.prt.space = "SCENE"
     plan = part("scene.gather").gather(blender.context, [ground, roof])
-    settings = part("core.bake").BakeSettings(samples=64)
+    settings = part("core.inputs").BakeSettings(samples=64)
     job = part("bake_job").whole_bake(plan.groups, plan.occluders, settings, 1)
     job.start()
     assert [len(transport) for transport in job.result()] == [4, 4]

@@ -11,9 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from .digest import digest
+from .inputs import BakeSettings, Occluders, ReceiverGroup
 
 if TYPE_CHECKING:
-    from .bake import BakeSettings, Occluders, ReceiverGroup, Traced
+    from .casting import Traced
 
 Findings = list[tuple[int, str]]
 """Sentences, each with the number of the group it is about."""

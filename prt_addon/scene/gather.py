@@ -11,9 +11,9 @@ import numpy as np
 import numpy.typing as npt
 
 from ..core.albedo import Albedo
-from ..core.bake import Occluders, ReceiverGroup
 from ..core.digest import digest
 from ..core.errors import MeshError
+from ..core.inputs import Occluders, ReceiverGroup
 from .albedo import SurfaceAlbedo, read_albedo
 from .cycles_colour import remember_instances
 from .meshes import ObjectReceivers, Surface, read_receivers, read_surface

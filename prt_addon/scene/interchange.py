@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ..core import games202
-from ..core.bake import BakeSettings
 from ..core.errors import MeshError
+from ..core.inputs import BakeSettings
 from ..core.rotation import rotation_matrix
 from . import light, transport_layers
 from .meshes import index_array

@@ -7,8 +7,9 @@ from typing import Any
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
-from ..core.bake import MEMORY, BakeSettings, Run
 from ..core.errors import PRTError
+from ..core.inputs import BakeSettings
+from ..core.run import MEMORY, Run
 from ..core.sh import ORDER
 from .prepare import Preparation
 from .projection import Windowing

@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ..core import sh
-from ..core.bake import BakeSettings
 from ..core.errors import MeshError
+from ..core.inputs import BakeSettings
 from .libraries import check_own
 from .meshes import Domain, layer_array
 from .record import RECORD, Evidence, check_version, write_record

@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ..core import raycast
-from ..core.bake import BakeSettings, ReceiverGroup
 from ..core.errors import MeshError
+from ..core.inputs import BakeSettings, ReceiverGroup
 from ..core.pieces import Question
 from . import freshness, gather, light, prepare, shading, sky, transport_layers
 from .modes import object_mode

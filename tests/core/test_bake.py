@@ -5,9 +5,11 @@ import numpy as np
 import pytest
 
 from prt_addon.core import raycast
-from prt_addon.core.bake import BakeSettings, Occluders, ReceiverGroup, Run, bake, ray_count
+from prt_addon.core.bake import bake, ray_count
 from prt_addon.core.errors import Cancelled, MeshError, RayCasterMissing
+from prt_addon.core.inputs import BakeSettings, Occluders, ReceiverGroup
 from prt_addon.core.parallel import Workers
+from prt_addon.core.run import Run
 from tests.core import shapes
 
 SETTINGS = BakeSettings(samples=64, seed=3)

@@ -9,9 +9,12 @@ import pytest
 from prt_addon.core import buried as buried_module
 from prt_addon.core import transport as transport_module
 from prt_addon.core.albedo import Albedo
-from prt_addon.core.bake import BakeSettings, Occluders, ReceiverGroup, Run, bake, bounce, ray_count, trace_groups
+from prt_addon.core.bake import bake, bounce, ray_count
 from prt_addon.core.buried import Fill
+from prt_addon.core.casting import trace_groups
+from prt_addon.core.inputs import BakeSettings, Occluders, ReceiverGroup
 from prt_addon.core.parallel import Workers
+from prt_addon.core.run import Run
 from tests.core import shapes
 
 SETTINGS = BakeSettings(samples=128, seed=3)

@@ -9,18 +9,20 @@ import pytest
 from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 
-from prt_addon.core import bake as bake_module
+from prt_addon.core import casting, sh
 from prt_addon.core import gather as gather_module
-from prt_addon.core import sh
 from prt_addon.core import transport as transport_module
 from prt_addon.core.albedo import Albedo, CornerColours, TexturePatch
-from prt_addon.core.bake import BakeSettings, Occluders, ReceiverGroup, Run, bake, bounce, trace_groups
+from prt_addon.core.bake import bake, bounce
+from prt_addon.core.casting import trace_groups
 from prt_addon.core.errors import Cancelled
 from prt_addon.core.gather import Gather
 from prt_addon.core.hits import trace
+from prt_addon.core.inputs import BakeSettings, Occluders, ReceiverGroup
 from prt_addon.core.interreflection import interreflected
 from prt_addon.core.parallel import Workers
 from prt_addon.core.raycast import RayScene
+from prt_addon.core.run import Run
 from prt_addon.core.spill import in_file
 from prt_addon.core.transport import Pattern, Receivers, shadowed
 
@@ -244,7 +246,7 @@ def test_same_bits_in_any_pieces_in_memory_or_on_disk(monkeypatch, rays, memory)
     groups, occluders = corner(8)
     occluders = patterned(occluders)
     whole = trace_groups(groups, occluders, SETTINGS)
-    monkeypatch.setattr(bake_module, "_RAYS_IN_A_PIECE", rays)
+    monkeypatch.setattr(casting, "_RAYS_IN_A_PIECE", rays)
     pieces = trace_groups(groups, occluders, SETTINGS, Run(memory=memory))
     assert len(pieces.hits.pieces) == -(-192 // max(1, rays // 64))
     assert [in_file(piece.packed) for piece in pieces.hits.pieces].count(True) in (

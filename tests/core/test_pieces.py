@@ -9,12 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import prt_addon.core.bake as bake_module
-from prt_addon.core.bake import BakeSettings, Run, bake_all, ray_count, trace_shard
+import prt_addon.core.casting as casting
+from prt_addon.core.bake import bake_all, ray_count, trace_shard
 from prt_addon.core.errors import Cancelled, ShardError
+from prt_addon.core.inputs import BakeSettings
 from prt_addon.core.parallel import Workers
 from prt_addon.core.pieces import PieceFolder, Question, Shard
 from prt_addon.core.raycast import RayScene
+from prt_addon.core.run import Run
 from tests.core.test_interreflection import corner, patterned
 
 MODES = ["SHADOWED", "INTERREFLECTED"]
@@ -24,7 +26,7 @@ SETTINGS = BakeSettings("INTERREFLECTED", samples=32, seed=2)
 @pytest.fixture(autouse=True)
 def small_pieces(monkeypatch):
     """Many per object, and some that end inside of one."""
-    monkeypatch.setattr(bake_module, "_RAYS_IN_A_PIECE", 32 * 29)
+    monkeypatch.setattr(casting, "_RAYS_IN_A_PIECE", 32 * 29)
 
 
 def scene():
@@ -68,7 +70,7 @@ def no_rays(monkeypatch):
             raise AssertionError("a ray was cast")
 
         monkeypatch.setattr(RayScene, "visible", refuse)
-        monkeypatch.setattr(bake_module, "trace", refuse)
+        monkeypatch.setattr(casting, "trace", refuse)
 
     return forbid
 
@@ -109,7 +111,7 @@ def test_a_stopped_bake_resumes_to_the_same_bits(tmp_path, mode, after, no_rays)
         bake_all(groups, occluders, settings, Run(Workers(progress=stop), pieces=pieces))
     saved = set(tmp_path.iterdir())
     assert len(saved) == after
-    bake_module._RAYS_IN_A_PIECE = 32 * 41  # the fixture puts it back
+    casting._RAYS_IN_A_PIECE = 32 * 41  # the fixture puts it back
     assert_same(bake_all(groups, occluders, settings, Run(pieces=pieces)), expected)
     assert saved < set(tmp_path.iterdir())
     no_rays()

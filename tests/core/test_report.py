@@ -8,8 +8,9 @@ import pytest
 
 from prt_addon.core import sh
 from prt_addon.core.albedo import Albedo
-from prt_addon.core.bake import BakeSettings, Occluders, ReceiverGroup, bake
+from prt_addon.core.bake import bake
 from prt_addon.core.envmap import project_equirect
+from prt_addon.core.inputs import BakeSettings, Occluders, ReceiverGroup
 from prt_addon.core.report.document import PARTS, surface_report
 from prt_addon.core.report.findings import Effort, find
 from prt_addon.core.report.heat import receiver_errors

@@ -6,8 +6,9 @@ import pytest
 
 from prt_addon.core import sh
 from prt_addon.core.albedo import Albedo
-from prt_addon.core.bake import BakeSettings, Occluders, ReceiverGroup, bake
+from prt_addon.core.bake import bake
 from prt_addon.core.envmap import project_equirect
+from prt_addon.core.inputs import BakeSettings, Occluders, ReceiverGroup
 from prt_addon.core.parallel import Workers
 from prt_addon.core.raycast import RayScene
 from prt_addon.core.skylight import Skylight

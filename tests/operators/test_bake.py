@@ -153,7 +153,7 @@ def test_cancel_changes_nothing_and_a_second_bake_is_refused_meanwhile(blender, 
     """A running job blocks another; cancelled, it raises and leaves no state behind."""
     ob = stage.object_of("Ball", stage.icosphere(5))
     plan = part("scene.gather").gather(blender.context, [ob])
-    jobs, core = part("bake_job"), part("core.bake")
+    jobs, core = part("bake_job"), part("core.inputs")
     job = jobs.whole_bake([r.group for r in plan.receivers], plan.occluders, core.BakeSettings(samples=1 << 14), 2)
     job.start()
     assert not blender.ops.prt.bake.poll()

@@ -59,7 +59,7 @@ def job_of(blender, part):
 
     def make(mode, samples, bounces=3, threads=2):
         part("bake_job")._kept.clear()
-        core, gather = part("core.bake"), part("scene.gather")
+        core, gather = part("core.inputs"), part("scene.gather")
         settings = core.BakeSettings(mode, samples=samples, bounces=bounces)
         plan = gather.gather(blender.context, gather.objects_to_bake(blender.context), mode == "INTERREFLECTED")
         return lambda: part("bake_job").whole_bake(plan.groups, plan.occluders, settings, threads)
@@ -390,7 +390,7 @@ def test_ctrl_c_on_the_command_line(blend):
 def test_a_killed_bake_resumes_from_its_checkpoints(blender, part, stage, blend, tmp_path):
     """The file is what it was, and the second try has the bits of one that nobody stopped."""
     folder = tmp_path / "checkpoints"
-    samples = part("core.bake")._RAYS_IN_A_PIECE // 155  # two pieces: there are 162 receivers
+    samples = part("core.casting")._RAYS_IN_A_PIECE // 155  # two pieces: there are 162 receivers
     options = f"mode='SHADOWED', samples={samples}, checkpoint_dir='{folder}'"
     before = blend.read_bytes()
     with subprocess.Popen(baking(blend, options), stdout=subprocess.DEVNULL) as process:

@@ -48,8 +48,8 @@ def test_shards_merge_to_the_plain_bake(blender, scene, stage, tmp_path, mode, f
     assert not any(material.node_tree.nodes.get("PRT Output") for material in blender.data.materials)
     forget()
     with monkeypatch.context() as patch:
-        patch.setattr(part("core.bake"), "trace", None)
-        patch.setattr(part("core.bake"), "shadowed", None)
+        patch.setattr(part("core.casting"), "trace", None)
+        patch.setattr(part("core.casting"), "shadowed", None)
         assert merge(blender, tmp_path, mode=mode) == {"FINISHED"}
     merged = stage.baked_bytes(scene)
     forget()
@@ -168,7 +168,7 @@ def test_checkpoints_come_from_the_setting_and_spare_the_rays(
     forget()
     blender.ops.prt.remove()
     with monkeypatch.context() as patch:
-        patch.setattr(part("core.bake"), "trace", None)
+        patch.setattr(part("core.casting"), "trace", None)
         blender.ops.prt.bake(mode="INTERREFLECTED", **OPTIONS)
         with pytest.raises(RuntimeError, match="NoneType"):
             blender.ops.prt.bake(mode="INTERREFLECTED", **{**OPTIONS, "samples": 49})
@@ -183,13 +183,13 @@ def test_memory_is_a_setting_that_changes_no_bits(blender, scene, stage, forget,
     plain = stage.baked_bytes(scene)
     forget()
     stores = []
-    store_of = part("core.bake").HitStore
+    store_of = part("core.casting").HitStore
 
     def watched(samples, budget):
         stores.append(store_of(samples, budget))
         return stores[-1]
 
-    monkeypatch.setattr(part("core.bake"), "HitStore", watched)
+    monkeypatch.setattr(part("core.casting"), "HitStore", watched)
     scene.prt.memory = 0
     blender.ops.prt.bake(mode="INTERREFLECTED", **OPTIONS)
     assert stage.baked_bytes(scene) == plain

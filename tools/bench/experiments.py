@@ -18,7 +18,9 @@ from measure import Seconds, by_turns, exponent, median, now, ratio, timed
 from naive import uniform_sphere
 from rays_alone import rays_alone, receivers_of
 
-from prt_addon.core.bake import BakeSettings, Occluders, ReceiverGroup, bake, bounce, ray_count, trace_groups
+from prt_addon.core.bake import bake, bounce, ray_count
+from prt_addon.core.casting import trace_groups
+from prt_addon.core.inputs import BakeSettings, Occluders, ReceiverGroup
 from prt_addon.core.raycast import RayScene
 from prt_addon.core.transport import shadowed
 
@@ -143,7 +145,7 @@ def blender_share(mode: str, receivers: int, samples: int, turns: int) -> Result
 
     gather, layers, engine = part("scene.gather"), part("scene.transport_layers"), part("core.bake")
     objects = blender_scene.court(receivers)
-    settings = engine.BakeSettings(mode, samples)
+    settings = part("core.inputs").BakeSettings(mode, samples)
 
     def turn() -> list[Seconds]:
         clock = [now()]

@@ -29,7 +29,9 @@ def bake_in_core(mode: str, receivers: int, samples: int) -> dict[str, float]:
     """`core.bake` on arrays."""
     import scenes
 
-    from prt_addon.core.bake import BakeSettings, bake, bounce, trace_groups
+    from prt_addon.core.bake import bake, bounce
+    from prt_addon.core.casting import trace_groups
+    from prt_addon.core.inputs import BakeSettings
 
     groups, occluders = scenes.bake_input(scenes.court(receivers))
     before = resident()

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from measure import NOTHING, Seconds, timed
 
-from prt_addon.core.bake import BakeSettings, Occluders, ReceiverGroup
+from prt_addon.core.inputs import BakeSettings, Occluders, ReceiverGroup
 from prt_addon.core.parallel import ALL_CORES
 from prt_addon.core.raycast import RayScene
 from prt_addon.core.transport import Pattern, Receivers

@@ -14,9 +14,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from ..bake import BakeSettings
 from ..gather import Gather
 from ..hits import KeptHits, trace, unpacked
+from ..inputs import BakeSettings
 from ..parallel import ALL_CORES, Workers
 from ..transport import Receivers, shadowed, unshadowed
 from .subject import Scenery, Subject

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..bake import BakeSettings, Occluders, ReceiverGroup
 from ..buried import Surroundings
 from ..envmap import project_equirect
+from ..inputs import BakeSettings, Occluders, ReceiverGroup
 from ..raycast import RayScene
 from ..rotation import rotation_matrix
 from ..skylight import Skylight

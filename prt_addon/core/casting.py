@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The rays of a bake: cast piece by piece, and what they found told and mended where receivers are buried."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from . import sh
+from .buried import Fill, Surroundings, find_buried, is_dark
+from .errors import MeshError
+from .hits import HitStore, trace
+from .inputs import BakeSettings, Occluders, ReceiverGroup
+from .pieces import Piece, cut
+from .raycast import SMALLEST_SKIP, RayScene
+from .run import PLAINLY, Run
+from .transport import Receivers, shadowed
+
+Float32 = npt.NDArray[np.float32]
+
+_RAYS_IN_A_PIECE = 1 << 24  # at most 128 MiB of hits
+_TOO_BLIND = 0.02  # skipped start of rays, as a share of their object's radius, that is worth a word
+
+
+@dataclass(frozen=True)
+class Traced:
+    """What the rays of a bake found; another albedo or number of bounces needs no new ones.
+
+    sizes: receivers of each group.
+    direct: (N, 9) float32 shadowed transport of all groups, filled where buried.
+    hits: what the blocked rays hit, if light shall bounce.
+    fill: of the receivers that lie inside other geometry.
+    """
+
+    sizes: list[int]
+    direct: Float32
+    hits: HitStore
+    fill: Fill
+
+    @property
+    def nbytes(self) -> int:
+        """Memory it occupies."""
+        return self.direct.nbytes + self.hits.nbytes
+
+
+def trace_groups(
+    groups: Sequence[ReceiverGroup],
+    occluders: Occluders,
+    settings: BakeSettings,
+    run: Run = PLAINLY,
+) -> Traced:
+    """The first half of a bake: all of its rays. Arguments and errors as those of `bake`; the mode must cast rays."""
+    check_finite(groups)
+    caster = Caster(groups, occluders, settings, run)
+    receivers = caster.receivers
+    direct = np.empty((len(receivers), sh.coefficient_count(sh.ORDER)), dtype=np.float32)
+    hits = HitStore(settings.samples, run.memory)
+    for piece in caster.pieces(slice(0, len(receivers))):
+        direct[piece.receivers] = piece.direct
+        if piece.hits:
+            hits.add(piece.hits)
+    around = Surroundings(caster.scene, occluders.vertices, occluders.triangles)
+    fill = _fill(around, groups, receivers, direct, settings.seed, run)
+    return Traced([len(group) for group in groups], direct, hits, fill)
+
+
+class Caster:
+    """Casts the rays of some groups, piece by piece."""
+
+    def __init__(self, groups: Sequence[ReceiverGroup], occluders: Occluders, settings: BakeSettings, run: Run) -> None:
+        self._run = run
+        self.scene = RayScene(occluders.vertices, occluders.triangles, run.workers.progress)
+        self.receivers = _joined(groups, self.scene)
+        self._settings = settings
+        self._returns = (occluders.receiver_at_corners >= 0).any(axis=1)
+
+    def pieces(self, span: slice) -> Iterator[Piece]:
+        """Pieces that cover a span of receivers, in order; those that the run's folder holds need no rays."""
+        samples, folder = self._settings.samples, self._run.pieces
+        size = max(1, _RAYS_IN_A_PIECE // samples)
+        if folder is None:
+            yield from map(self._traced, cut(span, size))
+            return
+        for piece in folder.cover(span, size, self._traced):
+            if piece.found:
+                self._run.workers.progress(samples * len(piece.direct))
+            yield piece
+
+    def _traced(self, part: slice) -> Piece:
+        settings, workers = self._settings, self._run.workers
+        rays = self.scene, self.receivers[part], settings.samples, settings.seed
+        if settings.mode == "SHADOWED":
+            return Piece(part, shadowed(*rays, workers), None)
+        return Piece(part, *trace(*rays, self._returns, workers))
+
+
+def check_finite(groups: Sequence[ReceiverGroup]) -> None:
+    """Raises MeshError for the first group with coordinates that are not finite."""
+    for group in groups:
+        if not np.isfinite(group.points).all():
+            raise MeshError(
+                f"Mesh of '{group.name}' holds NaN or infinite coordinates: remove those vertices and bake again."
+            )
+
+
+def _joined(groups: Sequence[ReceiverGroup], scene: RayScene) -> Receivers:
+    return Receivers(
+        points=scene.normalised(np.concatenate([group.points for group in groups])),
+        normals=np.concatenate([group.normals for group in groups]),
+        ids=np.concatenate([np.arange(len(group)) for group in groups]),
+        skips=np.concatenate([np.full(len(group), scene.skip_length(group.radius)) for group in groups]),
+    )
+
+
+def _fill(
+    around: Surroundings,
+    groups: Sequence[ReceiverGroup],
+    receivers: Receivers,
+    direct: Float32,
+    seed: int,
+    run: Run,
+) -> Fill:
+    """Fill `direct` (N, 9) in place where receivers are buried, and tell what came out for each group."""
+    starts = np.cumsum([0, *map(len, groups)])
+    none = np.zeros((0, 2), dtype=np.int64)
+    edges = np.concatenate(
+        [none, *(group.edges + start for group, start in zip(groups, starts, strict=False) if group.edges is not None)]
+    )
+    fill = Fill(find_buried(around, receivers, edges, direct, seed, run.workers), edges)
+    fill(direct)
+    for group, start in zip(groups, starts, strict=False):
+        part = slice(start, start + len(group))
+        for sentence in _findings(group, around.scene, direct[part], fill.buried[part]):
+            run.tell(group, sentence)
+    return fill
+
+
+def _findings(group: ReceiverGroup, scene: RayScene, direct: Float32, buried: npt.NDArray[np.bool_]) -> Iterator[str]:
+    """What the person should know of a group's (N, 9) transport and of which (N,) were filled."""
+    if not len(group):
+        return
+    if buried.any():
+        share = f"{buried.mean():.0%}" if buried.mean() >= 0.01 else "Less than 1%"
+        yield f"{share} of the receivers of '{group.name}' lie inside other geometry and were filled from their neighbours."
+    if is_dark(direct).all():
+        yield (
+            f"No light reaches '{group.name}': unless it is a closed room, its faces point inwards "
+            "(Mesh > Normals > Recalculate Outside) or it lies inside other geometry."
+        )
+    blind = SMALLEST_SKIP * scene.radius
+    if blind > _TOO_BLIND * group.radius > 0.0:
+        yield (
+            f"'{group.name}' is tiny beside the scene: shadows from closer than {blind:.2g} are lost on it; move distant "
+            "objects closer, or hide them from renders."
+        )
