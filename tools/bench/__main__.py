@@ -68,7 +68,7 @@ def main() -> None:
     for name, result in in_blender(quick() if arguments.quick else whole()):
         results[name] = result
         (arguments.output / "results.json").write_text(json.dumps(results, indent=1) + "\n")
-    table = report.table(results)
+    table = report.table(results, "python tools/bench --quick" if arguments.quick else "make bench")
     for path in filter(None, (arguments.output / "benchmark.md", arguments.table)):
         path.write_text(table)
     report.pictures(results, arguments.output)

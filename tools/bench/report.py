@@ -13,7 +13,7 @@ Row = tuple[str, str, str]
 _MIB = 1 << 20
 _HEAD = """# Benchmark
 
-Made by `make bench`: everything in one run, what is compared by turns, medians of the turns' ratios. Ratios of time are
+Made by `{command}`: everything in one run, what is compared by turns, medians of the turns' ratios. Ratios of time are
 told as wall clock / processor seconds; on a machine with other work the latter is the steadier. "Its rays alone" are the
 same rays, made beforehand, handed to `EmbreeScene.run` in the same chunks on as many threads.
 
@@ -22,10 +22,10 @@ same rays, made beforehand, handed to `EmbreeScene.run` in the same chunks on as
 """
 
 
-def table(results: Results) -> str:
-    """Markdown."""
+def table(results: Results, command: str) -> str:
+    """Markdown, with the command that made it."""
     rows = [row for name, result in results.items() for row in _ROWS[name.split()[0]](result)]
-    return _HEAD + "".join(f"| {' | '.join(row)} |\n" for row in rows)
+    return _HEAD.format(command=command) + "".join(f"| {' | '.join(row)} |\n" for row in rows)
 
 
 def _both(ratio: dict[str, float], digits: int = 2) -> str:
