@@ -31,6 +31,7 @@ _PLACES_AT_A_TIME = 32
 _COARSE_AT_A_TIME = 1 << 11
 _FINE = 0.03  # at 256 rays; see `Gather`
 _TRIANGLES_AT_A_TIME = 1 << 13
+_DULL = 6  # bits of a barycentric that play no part in a random choice
 
 
 @dataclass(frozen=True)
@@ -201,9 +202,10 @@ class Gather:
     def _chosen(self, triangle: UInt32, u: UInt32, v: UInt32) -> npt.NDArray[np.intp]:
         """(H,) a source for each hit: one of the corners, each with the probability of its barycentric.
 
-        The random number is made of the barycentrics themselves: it depends on nothing but the hit.
+        The random number is made of the barycentrics themselves: it depends on nothing but the hit, and on no more of
+        their bits than it takes, so that the rounding of a ray seldom makes another choice.
         """
-        number = (u << 16 | v) * np.uint32(0x9E3779B1) >> 16
+        number = (u >> _DULL << 16 | v >> _DULL) * np.uint32(0x9E3779B1) >> 16
         not_first = number < u + v
         corner = np.multiply(triangle, 3, dtype=np.intp)
         corner += not_first
