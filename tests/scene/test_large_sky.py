@@ -17,7 +17,7 @@ headless.enable_extension()
 import bpy, numpy as np
 
 def peak():
-    """KiB; of this program alone, where getrusage counts what it was started from."""
+    # KiB, of this program alone: getrusage counts what it was started from, too
     return int(next(line for line in open("/proc/self/status") if line.startswith("VmHWM")).split()[1])
 """
 
