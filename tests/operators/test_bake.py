@@ -49,6 +49,17 @@ def test_selection_order_and_company_do_not_matter(blender, part, scene, stage):
     assert one is not None
 
 
+def test_keyframed_light_stays(blender, part, scene, stage):
+    """Another bake of a mesh says nothing of the sky; to project the world does."""
+    stage.object_of("Cube", stage.cube())
+    blender.ops.prt.keyframe_light(frame_start=1, frame_end=2)
+    light = part("scene.light")
+    for operator, stays in ((blender.ops.prt.bake, True), (blender.ops.prt.project_light, False)):
+        operator(**({"mode": "UNSHADOWED"} if stays else {}))
+        assert light.has_light(scene.world) and light.is_keyframed(scene.world) == stays
+        assert bool(light._light_curves(scene.world)) == stays
+
+
 def test_own_layers_survive(blender, part, scene, stage):
     """The user's colour layers, and which of them is active, are left alone."""
     ob = stage.object_of("Cube", stage.cube())
