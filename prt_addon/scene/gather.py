@@ -72,15 +72,18 @@ def renderable_objects(view_layer: bpy.types.ViewLayer) -> set[bpy.types.Object]
     return found
 
 
+def selected_meshes(context: bpy.types.Context) -> list[bpy.types.Object]:
+    """The selected objects that are meshes."""
+    return [ob for ob in context.selected_objects if ob.type == "MESH"]
+
+
 def objects_to_bake(context: bpy.types.Context) -> list[bpy.types.Object]:
     """The selected meshes, or all meshes visible to render if none is selected; sorted by name.
 
     Raises:
         MeshError: if there is none.
     """
-    chosen = [ob for ob in context.selected_objects if ob.type == "MESH"]
-    if not chosen:
-        chosen = [ob for ob in renderable_objects(context.view_layer) if ob.type == "MESH"]
+    chosen = selected_meshes(context) or [ob for ob in renderable_objects(context.view_layer) if ob.type == "MESH"]
     if not chosen:
         raise MeshError(f"Scene '{context.scene.name}' has no mesh to bake: select one, or make one visible to render.")
     return sorted(chosen, key=lambda ob: ob.name_full)

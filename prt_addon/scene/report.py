@@ -16,6 +16,7 @@ from ..core.errors import LightError, MeshError
 from ..core.report.subject import Light, Scenery, Subject
 from ..core.skylight import handy
 from . import gather, light, transport_layers
+from .libraries import is_own
 from .meshes import ObjectReceivers, read_surface
 from .projection import sky_picture
 from .record import BakeRecord, read_record
@@ -122,10 +123,11 @@ def last_report(scene: bpy.types.Scene) -> dict[str, Any] | None:
     return json.loads(text) if isinstance(text, str) else None
 
 
-def forget(scene: bpy.types.Scene) -> None:
-    """Drop it."""
-    if LAST_REPORT in scene:
-        del scene[LAST_REPORT]
+def forget_all() -> None:
+    """Drop the reports of all scenes."""
+    for scene in bpy.data.scenes:
+        if is_own(scene) and LAST_REPORT in scene:
+            del scene[LAST_REPORT]
 
 
 def _record(ob: bpy.types.Object) -> BakeRecord:
