@@ -132,7 +132,8 @@ def _is_triangles(mesh: bpy.types.Mesh) -> bool:
 
 
 def _positions(mesh: bpy.types.Mesh) -> Float64:
-    return vector_array(mesh.attributes["position"].data, "vector")
+    layer = mesh.attributes.get("position")
+    return vector_array(layer.data, "vector") if layer else np.zeros((0, 3))  # a mesh without vertices may have none
 
 
 def _triangle_corners(mesh: bpy.types.Mesh) -> Int32:
