@@ -64,7 +64,8 @@ class Receivers:
 def unshadowed(normals: Float64, order: int = sh.ORDER, workers: Workers = ALL_CORES) -> Float32:
     """Transport of open receivers, in closed form: `T_lm = A_l / pi * Y_lm(n)`.
 
-    Ramamoorthi & Hanrahan 2001, equation 12, with the Lambertian 1/pi.
+    The convolution theorem of Ramamoorthi & Hanrahan 2001, "An Efficient Representation for Irradiance Environment
+    Maps", with the Lambertian 1/pi.
 
     Args:
         normals: (N, 3) unit vectors.
