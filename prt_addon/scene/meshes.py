@@ -182,6 +182,16 @@ def read_receivers(name: str, mesh: bpy.types.Mesh, matrix: Float64) -> ObjectRe
     return ObjectReceivers(ReceiverGroup(name, inside, normals, radius, edges=edges), "CORNER", element_receiver)
 
 
+def own_axes(matrix: npt.ArrayLike) -> Float64:
+    """(3, 3) columns: the axes of an object in the world, from its (4, 4) matrix as the shader finds them: normalised.
+
+    Mirrored where the object is; NaN where it is scaled to zero.
+    """
+    columns = np.array(matrix, dtype=np.float64)[:3, :3]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return columns / np.linalg.norm(columns, axis=0)
+
+
 def _transformed(points: Float64, matrix: Float64) -> Float64:
     return points @ matrix[:3, :3].T + matrix[:3, 3]
 
