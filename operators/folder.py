@@ -1,15 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Choosing a folder: in the file browser, or by a script."""
+"""The folder that an operator reads from or writes to: given by a script, or chosen in the file browser."""
 
 from pathlib import Path
 
 import bpy
 from bpy.props import BoolProperty, StringProperty
 
-from ..prt_addon.scene.settings import absolute_folder
+from ..prt_addon.core.errors import PRTError
+from ..prt_addon.scene.settings import absolute_path
 
 
-class FolderBrowser:
+class Folder:
     """Mixin of operators that read from or write to one folder."""
 
     directory: StringProperty(  # type: ignore[valid-type]
@@ -18,6 +19,21 @@ class FolderBrowser:
         subtype="DIR_PATH",
         options={"PATH_SUPPORTS_BLEND_RELATIVE"},
     )
+
+    def _folder(self) -> Path:
+        """The folder.
+
+        Raises:
+            PRTError: if none was given, or one relative to a file that was never saved.
+        """
+        if not self.directory:
+            raise PRTError("There is no folder to read from or to write to: give its path as 'directory'.")
+        return absolute_path(self.directory)
+
+
+class FolderBrowser(Folder):
+    """The same, with a button that opens the file browser."""
+
     filter_folder: BoolProperty(  # type: ignore[valid-type]
         name="Show Folders", description="Show folders in the file browser", default=True, options={"HIDDEN"}
     )
@@ -26,6 +42,3 @@ class FolderBrowser:
         """Ask for the folder."""
         context.window_manager.fileselect_add(self)
         return {"RUNNING_MODAL"}
-
-    def _folder(self) -> Path:
-        return absolute_folder(self.directory)

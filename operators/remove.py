@@ -11,7 +11,7 @@ from .reporting import reports_errors
 
 
 class PRT_OT_remove(bpy.types.Operator):
-    """Remove transport and shading from the selected meshes (all if none is selected), and the SH light with the last of them"""
+    """Remove transport and shading from the selected meshes (all of the scene if none is selected), and with the last of them the SH light, probes and reports"""
 
     bl_idname = "prt.remove"
     bl_label = "Remove PRT"
@@ -19,7 +19,9 @@ class PRT_OT_remove(bpy.types.Operator):
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
-        objects = gather.objects_to_bake(context)
+        objects = gather.selected_meshes(context) or [
+            ob for ob in context.scene.objects if ob.type == "MESH" and not probe.is_probe(ob.data)
+        ]
         for ob in objects:
             transport_layers.check_removable(ob)
         shading.check_relit_materials(objects)
@@ -33,7 +35,7 @@ class PRT_OT_remove(bpy.types.Operator):
         ):
             probe.remove_probes()
             light.remove_lights()
-            report.forget(context.scene)
+            report.forget_all()
         self.report({"INFO"}, f"Removed PRT from {len(objects)} object(s).")
         return {"FINISHED"}
 

@@ -18,6 +18,7 @@ from ..prt_addon.core.report.subject import Light
 from ..prt_addon.scene import compare, heat_map, report
 from ..prt_addon.scene.freshness import freshness
 from ..prt_addon.scene.modes import object_mode
+from ..prt_addon.scene.settings import absolute_path
 from .reporting import reports_errors
 
 PART_ITEMS = [
@@ -33,7 +34,7 @@ PART_ITEMS = [
 
 
 class PRT_OT_report(bpy.types.Operator):
-    """Measure how far the selected bakes (all if none is selected) are from the truth, and why, and say what to do about it"""
+    """Measure how far the selected bakes (all render-visible ones if none is selected) are from the truth, and why, and say what to do about it"""
 
     bl_idname = "prt.report"
     bl_label = "Report"
@@ -141,7 +142,7 @@ class PRT_OT_report(bpy.types.Operator):
 
     def _path(self) -> Path:
         if self.filepath:
-            return Path(bpy.path.abspath(self.filepath)).with_suffix(".json")
+            return absolute_path(self.filepath).with_suffix(".json")
         if bpy.data.filepath:
             return Path(bpy.data.filepath).with_suffix(".prt_report.json")
         return Path(tempfile.gettempdir()) / "prt_report.json"

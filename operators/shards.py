@@ -2,7 +2,6 @@
 """A bake on several machines: each casts a share of the rays into a common folder, one of them merges the shares."""
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import bpy
@@ -17,16 +16,16 @@ from ..prt_addon.scene.settings import (
     BakeProperties,
     MemoryProperties,
     PrepareProperties,
-    absolute_folder,
     bake_settings,
     preparation,
 )
 from ..prt_addon.scene.whole_bake import WholeBake
 from .bake import WholeBakeOperator
+from .folder import Folder
 from .job import JobOperator
 
 
-class ShardFolder:
+class ShardFolder(Folder):
     """Mixin of the folder where the shards of one bake lie."""
 
     directory: StringProperty(  # type: ignore[valid-type]
@@ -35,11 +34,6 @@ class ShardFolder:
         subtype="DIR_PATH",
         options={"PATH_SUPPORTS_BLEND_RELATIVE"},
     )
-
-    def _folder(self) -> Path:
-        if not self.directory:
-            raise ShardError("Shards need a folder that all machines see: give its path as 'directory'.")
-        return absolute_folder(self.directory)
 
 
 class PRT_OT_bake_shard(JobOperator, ShardFolder, BakeProperties, PrepareProperties, bpy.types.Operator):

@@ -152,7 +152,9 @@ def test_own_axes_turned_are_the_worlds(blender, part, scene, stage, where):
 
 @pytest.mark.parametrize("mode", ["SHADOWED", "INTERREFLECTED"])
 def test_own_surface_is_all_that_counts(blender, part, scene, stage, mode):
-    """Neither company, place nor turn changes an object that moves: the same bits but for rays that graze an edge."""
+    """Neither company, place nor turn changes an object that moves: the same bits but for rays that graze an edge, and
+    for hits that a last bit has moved, which may draw another corner of their triangle to bounce off.
+    """
     layers = part("scene.transport_layers")
     stage.environment(stage.picture("Six", stage.six_coloured_sky(16)))
     ob = two_spheres(stage)
@@ -164,7 +166,8 @@ def test_own_surface_is_all_that_counts(blender, part, scene, stage, mode):
     ob.location = (3, 1, -2)
     place(blender, ob, (0.4, -0.9, 2.3))
     bake(blender, ob, "OBJECT", mode, samples=256)
-    other = (np.abs(layers.read(ob.data) - alone).max(axis=(1, 2)) > 1e-6).mean()
+    unseen = 1e-3 if mode == "INTERREFLECTED" else 1e-6
+    other = (np.abs(layers.read(ob.data) - alone).max(axis=(1, 2)) > unseen).mean()
     assert other < 0.02
     if mode == "INTERREFLECTED":
         assert (alone[:, 0, 0] - alone[:, 0, 2]).max() > 0.01, "its own bounces take on its own colour"

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from textwrap import wrap
 from typing import Any
 
 import bpy
@@ -11,10 +10,7 @@ import bpy
 from ..operators.report import PART_ITEMS, advice_lines
 from ..prt_addon.core.report.measures import percent
 from ..prt_addon.scene import report
-from .tab import Tab
-
-_LINE = 38
-"""Characters that the sidebar shows at its usual width."""
+from .tab import Tab, wrapped
 
 _SURFACE = (("total", "Whole error"), *((item[0].lower(), item[1]) for item in PART_ITEMS[:3]))
 
@@ -35,7 +31,7 @@ class PRT_PT_report(Tab, bpy.types.Panel):
         document = report.last_report(context.scene)
         if document:
             _draw_numbers(self.layout.column(align=True), document)
-            _draw_advice(self.layout.column(align=True), document)
+            _draw_advice(context, self.layout.column(align=True), document)
 
 
 def _draw_numbers(column: bpy.types.UILayout, document: dict[str, Any]) -> None:
@@ -49,9 +45,9 @@ def _draw_numbers(column: bpy.types.UILayout, document: dict[str, Any]) -> None:
         column.label(text=f"End to end: {_interval(found['relative_rms'])}{flip}")
 
 
-def _draw_advice(column: bpy.types.UILayout, document: dict[str, Any]) -> None:
+def _draw_advice(context: bpy.types.Context, column: bpy.types.UILayout, document: dict[str, Any]) -> None:
     for sentence in [*document.get("stale", []), *advice_lines(document)]:
-        for number, line in enumerate(wrap(sentence, _LINE)):
+        for number, line in enumerate(wrapped(context, sentence)):
             column.label(text=line, icon="BLANK1" if number else "RIGHTARROW_THIN")
 
 

@@ -162,7 +162,7 @@ def find_buried(
     candidates = np.flatnonzero(inside)
     if not len(candidates):
         return inside
-    inside[candidates] = around.backs(_some(receivers, candidates), seed, workers) > _BACKS
+    inside[candidates] = around.backs(receivers[candidates], seed, workers) > _BACKS
     ends_inside = inside[edges]
     region = _regions(edges[ends_inside.all(axis=1)], len(receivers))
     out = edges[ends_inside[:, 0] != ends_inside[:, 1]]
@@ -207,7 +207,3 @@ def _regions(edges: Ints, count: int) -> Int64:
         np.minimum.at(root, ends.max(axis=1), ends.min(axis=1))
         while (root[root] != root).any():
             root = root[root]
-
-
-def _some(receivers: Receivers, index: Int64) -> Receivers:
-    return Receivers(receivers.points[index], receivers.normals[index], receivers.ids[index], receivers.skips[index])

@@ -73,7 +73,7 @@ class Caster:
     def __init__(self, groups: Sequence[ReceiverGroup], occluders: Occluders, settings: BakeSettings, run: Run) -> None:
         self._run = run
         self.scene = RayScene(occluders.vertices, occluders.triangles, run.workers.progress)
-        self.receivers = _joined(groups, self.scene)
+        self.receivers = Receivers.of(groups, self.scene)
         self._settings = settings
         self._returns = (occluders.receiver_at_corners >= 0).any(axis=1)
 
@@ -104,15 +104,6 @@ def check_finite(groups: Sequence[ReceiverGroup]) -> None:
             raise MeshError(
                 f"Mesh of '{group.name}' holds NaN or infinite coordinates: remove those vertices and bake again."
             )
-
-
-def _joined(groups: Sequence[ReceiverGroup], scene: RayScene) -> Receivers:
-    return Receivers(
-        points=scene.normalised(np.concatenate([group.points for group in groups])),
-        normals=np.concatenate([group.normals for group in groups]),
-        ids=np.concatenate([np.arange(len(group)) for group in groups]),
-        skips=np.concatenate([np.full(len(group), scene.skip_length(group.radius)) for group in groups]),
-    )
 
 
 def _fill(

@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from . import sh
 from .envmap import project_equirect, srgb_to_linear
+from .equirect import texel_directions
 from .errors import PictureError
 from .parallel import ALL_CORES
 from .rotation import rotation_matrix
@@ -146,7 +147,7 @@ def to_equirect(faces: Faces, table: Table = "OPENGL", height: int | None = None
 
     def fill(rows: slice) -> int:
         samples = slice(rows.start * finer, rows.stop * finer)
-        found = _bilinear(bordered, frames, equirect_directions(height * finer, samples).reshape(-1, 3))
+        found = _bilinear(bordered, frames, texel_directions(height * finer, samples).reshape(-1, 3))
         picture[rows] = found.reshape(-1, finer, 2 * height, finer, 3).mean(axis=(1, 3))
         return 0
 
@@ -185,7 +186,7 @@ def _corrected(picture: Picture, lacking: Array, power: int) -> Picture:
     corrected, height = np.empty_like(picture), len(picture)
 
     def fill(rows: slice) -> int:
-        factor = sh.basis(equirect_directions(height, rows)) @ weights
+        factor = sh.basis(texel_directions(height, rows)) @ weights
         corrected[rows] = picture[rows] + scale * (picture[rows] / scale) ** power * factor
         return 0
 
@@ -210,15 +211,6 @@ def _shrunk(picture: Picture, size: int) -> Picture:
     block = max(step for step in range(1, max(1, len(picture) // size) + 1) if len(picture) % step == 0)
     width = len(picture) // block
     return picture.reshape(width, block, width, block, 3).mean(axis=(1, 3)) if block > 1 else picture
-
-
-def equirect_directions(height: int, rows: slice = slice(None)) -> Array:
-    """(rows, 2 * height, 3) unit vectors towards texels of an equirectangular picture of that height, bottom row first."""
-    azimuth = np.pi * (1.0 - (np.arange(2 * height) + 0.5) / height)
-    elevation = np.pi * ((np.arange(height)[rows] + 0.5) / height - 0.5)[:, None]
-    ring = np.cos(elevation)
-    parts = ring * np.cos(azimuth), ring * np.sin(azimuth), np.sin(elevation)
-    return np.stack(np.broadcast_arrays(*parts), axis=-1)
 
 
 def _checked(faces: Faces) -> list[Picture]:

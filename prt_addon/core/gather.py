@@ -2,7 +2,7 @@
 """One bounce of light as a sparse matrix: what each receiver gets from the surfaces its rays hit.
 
 `(G T)(x) = 1/S sum over hits h of x: albedo(h) sum over corners k: b_k(h) T(receiver at corner k)`. Rays are cosine-weighted,
-so the weight is albedo / S with no further cosine, 1/pi or 4pi (Sloan, Kautz & Snyder 2002, section 4.2, with their
+so the weight is albedo / S with no further cosine, 1/pi or 4pi (Sloan, Kautz & Snyder 2002, section 5, with their
 integral over the hemisphere sampled by its own cosine). Every row sums to at most the largest albedo.
 """
 

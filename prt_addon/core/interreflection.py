@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Light that bounces: the series `T = T0 + G T0 + G G T0 + ...` (Kajiya 1986, "The Rendering Equation", section 3;
-Sloan, Kautz & Snyder 2002, "Precomputed Radiance Transfer", section 4.2)."""
+Sloan, Kautz & Snyder 2002, "Precomputed Radiance Transfer", section 5)."""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import sh
-from .cubemap import equirect_directions
+from .equirect import solid_angles, texel_directions, texels_along
 
 Array = npt.NDArray[np.float64]
 Picture = npt.NDArray[np.float32]
@@ -25,7 +25,7 @@ def light_picture(light: Array, height: int) -> Picture:
     Returns:
         (height, 2 * height, 3) float32; negative where a light of few bands rings.
     """
-    return (sh.basis(equirect_directions(height), sh.order_of(len(light))) @ light).astype(np.float32)
+    return (sh.basis(texel_directions(height), sh.order_of(len(light))) @ light).astype(np.float32)
 
 
 def turned_picture(picture: Picture, turn: Array, height: int) -> Picture:
@@ -41,10 +41,7 @@ def turned_picture(picture: Picture, turn: Array, height: int) -> Picture:
     """
     fine = _box_averaged(picture, 2 * height, 4 * height)
     rows, columns = fine.shape[:2]
-    x, y, z = np.moveaxis(equirect_directions(2 * height) @ turn.T, -1, 0)
-    row = (0.5 + np.arcsin(np.clip(z, -1.0, 1.0)) / np.pi) * rows
-    column = (0.5 - np.arctan2(y, x) / (2.0 * np.pi)) * columns
-    found = fine[row.astype(np.intp).clip(0, rows - 1), column.astype(np.intp) % columns]
+    found = fine[texels_along(texel_directions(2 * height) @ turn.T, rows, columns)]
     return _box_averaged(found, height, 2 * height)
 
 
@@ -55,12 +52,12 @@ def energy(picture: Picture | Array) -> float:
         picture: (height, width, 3) radiance.
     """
     height, width = picture.shape[:2]
-    solid_angles = np.diff(np.sin(np.pi * (np.arange(height + 1) / height - 0.5))) * 2.0 * np.pi / width
+    areas = solid_angles(height, width)
     total = 0.0
     for first in range(0, height, _ROWS_AT_A_TIME):
         rows = slice(first, first + _ROWS_AT_A_TIME)
         squares = picture[rows].astype(np.float64) ** 2
-        total += float(solid_angles[rows] @ squares.sum(axis=(1, 2)))
+        total += float(areas[rows] @ squares.sum(axis=(1, 2)))
     return total
 
 

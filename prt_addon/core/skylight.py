@@ -8,6 +8,7 @@ from copy import copy
 import numpy as np
 import numpy.typing as npt
 
+from .equirect import row_edges, solid_angles, texels_along
 from .errors import PictureError
 
 Float32 = npt.NDArray[np.float32]
@@ -21,8 +22,9 @@ MAX_WIDTH = 2048
 class Skylight:
     """Equirectangular pictures of one sky, and directions drawn by the brightness of the first.
 
-    Within a texel the radiance is constant, as `envmap.project_equirect` has it. Directions are drawn by the
-    inverse of the cumulated flux, row by row (Pharr, Jakob & Humphreys, "Physically Based Rendering", section
+    Within a texel the radiance is constant. Renderers, and the stored light, go in straight lines from texel to texel
+    instead: measured, that is 0.4 % of the light of 16 rows, and 0.03 % of 64. Directions are drawn by the inverse of
+    the cumulated flux, row by row (Pharr, Jakob & Humphreys, "Physically Based Rendering", section
     "Infinite Area Lights"); within a texel they are uniform in solid angle, so that their density is the texel's
     brightness over the whole flux, exactly.
     """
@@ -41,9 +43,8 @@ class Skylight:
         self.count, self.height, self.width = pictures.shape[:3]
         self._texels = np.ascontiguousarray(np.moveaxis(pictures, 0, 2)).reshape(-1, self.count, 3)
         self._turn = np.asarray(turn, dtype=np.float64)
-        edges = np.sin(np.pi * (np.arange(self.height + 1) / self.height - 0.5))
-        self._edges: Float64 = edges
-        solid_angle = 2.0 * np.pi / self.width * np.diff(edges)
+        self._edges: Float64 = row_edges(self.height)
+        solid_angle = solid_angles(self.height, self.width)
         brightness = np.maximum(pictures[0].astype(np.float64).mean(axis=-1), 0.0)
         self._ends: Float64 = np.cumsum(brightness * solid_angle[:, None]).reshape(self.height, self.width)
         self.flux = float(self._ends[-1, -1])
@@ -80,11 +81,8 @@ class Skylight:
 
     def _texel(self, looked_up: Float64) -> Int64:
         """(N,) index of the texel along unit vectors in the picture's own axes."""
-        x, y, z = looked_up.T
-        row = np.floor((0.5 + np.arcsin(np.clip(z, -1.0, 1.0)) / np.pi) * self.height).astype(np.int64)
-        column = np.floor((0.5 - np.arctan2(y, x) / (2.0 * np.pi)) * self.width).astype(np.int64) % self.width
-        texel: Int64 = np.clip(row, 0, self.height - 1) * self.width + column
-        return texel
+        row, column = texels_along(looked_up, self.height, self.width)
+        return row * self.width + column
 
 
 def _inverted(ends: Float64, amount: Float64) -> tuple[Int64, Float64]:

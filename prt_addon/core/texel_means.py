@@ -12,6 +12,8 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
+from .equirect import directions_at, solid_angles
+
 Array = npt.NDArray[np.float64]
 Float32 = npt.NDArray[np.float32]
 Index = npt.NDArray[np.intp]
@@ -39,7 +41,7 @@ def equirect_means(radiance: Radiance, height: int = 512, tolerance: float = 1e-
         (height, 2 height, 3) means over texels, row 0 at the bottom, Blender's equirectangular directions.
     """
     rows, columns = (index.ravel() for index in np.indices((height, 2 * height)))
-    means = radiance(_directions(rows + 0.5, columns + 0.5, height))
+    means = radiance(directions_at(rows + 0.5, columns + 0.5, height).astype(np.float32))
     allowed = tolerance * float(np.abs(means).max(axis=1) @ _areas(rows, height))
     _refine(radiance, rows, columns, means, height, allowed, _DEPTH)
     return means.reshape(height, 2 * height, 3)
@@ -58,7 +60,7 @@ def _refine(
     columns = np.broadcast_to((columns[rough, None] * _CUTS + parts)[:, None, :], shape).ravel()
     spread = np.arange(len(rows)) + 1.0  # no regular grid, which an edge along it would fool
     places = rows + spread / _PLASTIC % 1.0, columns + spread / _PLASTIC**2 % 1.0
-    cut = radiance(_directions(*places, height))
+    cut = radiance(directions_at(*places, height).astype(np.float32))
     _refine(radiance, rows, columns, cut, height, allowed, depth - 1)
     weights = _areas(rows, height).reshape(len(rough), -1, 1)
     means[rough] = (cut.reshape(len(rough), -1, 3) * weights).sum(axis=1) / weights.sum(axis=1)
@@ -91,13 +93,4 @@ def _worth_cutting(errors: Array, allowed: float) -> Index:
 
 def _areas(rows: Index, height: int) -> Array:
     """Solid angle of a texel in each of some rows, exactly."""
-    bottom = np.pi * (rows / height - 0.5)
-    return np.pi / height * (np.sin(bottom + np.pi / height) - np.sin(bottom))
-
-
-def _directions(rows: Array, columns: Array, height: int) -> Float32:
-    """(N, 3) at places that are counted in texels."""
-    azimuth = np.pi * (1.0 - columns / height)
-    elevation = np.pi * (rows / height - 0.5)
-    ring = np.cos(elevation)
-    return np.stack([ring * np.cos(azimuth), ring * np.sin(azimuth), np.sin(elevation)], axis=-1).astype(np.float32)
+    return solid_angles(height, 2 * height)[rows]

@@ -6,12 +6,15 @@ Sloan, Kautz & Snyder 2002, "Precomputed Radiance Transfer", section 4: `T_i = 1
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from . import sh
+from .inputs import ReceiverGroup
 from .parallel import ALL_CORES, Workers
 from .raycast import RayScene
 from .rotation import rotate_order2
@@ -41,17 +44,28 @@ class Receivers:
     ids: npt.NDArray[np.int64]
     skips: Float64
 
+    @classmethod
+    def of(cls, groups: Sequence[ReceiverGroup], scene: RayScene) -> Receivers:
+        """Those of some groups, at least one, in their order."""
+        return cls(
+            points=scene.normalised(np.concatenate([group.points for group in groups])),
+            normals=np.concatenate([group.normals for group in groups]),
+            ids=np.concatenate([np.arange(len(group)) for group in groups]),
+            skips=np.concatenate([np.full(len(group), scene.skip_length(group.radius)) for group in groups]),
+        )
+
     def __len__(self) -> int:
         return len(self.points)
 
-    def __getitem__(self, part: slice) -> Receivers:
+    def __getitem__(self, part: slice | npt.NDArray[np.integer[Any]]) -> Receivers:
         return Receivers(self.points[part], self.normals[part], self.ids[part], self.skips[part])
 
 
 def unshadowed(normals: Float64, order: int = sh.ORDER, workers: Workers = ALL_CORES) -> Float32:
     """Transport of open receivers, in closed form: `T_lm = A_l / pi * Y_lm(n)`.
 
-    Ramamoorthi & Hanrahan 2001, equation 12, with the Lambertian 1/pi.
+    The convolution theorem of Ramamoorthi & Hanrahan 2001, "An Efficient Representation for Irradiance Environment
+    Maps", with the Lambertian 1/pi.
 
     Args:
         normals: (N, 3) unit vectors.

@@ -20,6 +20,7 @@ import numpy.typing as npt
 
 from ..core.errors import RenderError
 from ..core.report.picture import Apart, apart, compared, flip
+from .images import float_image
 from .shading import our_nodes
 
 Float32 = npt.NDArray[np.float32]
@@ -151,7 +152,7 @@ def _loaded(path: Path, encoded: bool = False) -> Float32:
 
 def _displayed(scene: bpy.types.Scene, pixels: Float32, path: Path) -> Float32:
     """(H, W, 3) a linear picture as the scene's view transform shows it, encoded, in [0, 1]."""
-    image = _float_image("PRT Displayed", pixels)
+    image = float_image("PRT Displayed", pixels)
     settings = scene.render.image_settings
     settings.file_format, settings.color_mode, settings.color_depth = "PNG", "RGB", "16"
     try:
@@ -167,18 +168,10 @@ def _keep_difference(difference: Float32, mask: npt.NDArray[np.bool_], path: Pat
     if former:
         bpy.data.images.remove(former)
     difference[..., 3] = mask
-    image = _float_image(DIFFERENCE, difference)
+    image = float_image(DIFFERENCE, difference)
     image.use_fake_user = True
     image.filepath_raw, image.file_format = str(path), "OPEN_EXR"
     try:
         image.save()
     except RuntimeError as error:  # Blender's word for a file that cannot be written
         raise OSError(None, str(error).strip(), str(path)) from error
-
-
-def _float_image(name: str, pixels: Float32) -> bpy.types.Image:
-    height, width = pixels.shape[:2]
-    image = bpy.data.images.new(name, width, height, alpha=True, float_buffer=True)
-    image.pixels.foreach_set(np.ascontiguousarray(pixels, dtype=np.float32).reshape(-1))
-    image.update()
-    return image

@@ -6,11 +6,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import bpy
-import numpy as np
 
 from ..core.cubemap import FACES, Picture, Table, decode
 from ..core.errors import PictureError
-from .images import linear_pixels
+from .images import float_image, linear_pixels
 
 _FLOAT, _ENCODED = (".exr", ".hdr"), (".png", ".jpg", ".jpeg")
 
@@ -44,7 +43,8 @@ def set_up_world(scene: bpy.types.Scene, name: str, picture: Picture) -> bpy.typ
     for column, node in enumerate(nodes):
         node.location = (240.0 * column, 300.0)
     coordinate, mapping, texture, background, output = nodes
-    texture.image = _packed_image(name, picture)
+    texture.image = float_image(name, picture)
+    texture.image.pack()
     tree.links.new(coordinate.outputs["Generated"], mapping.inputs["Vector"])
     tree.links.new(mapping.outputs["Vector"], texture.inputs["Vector"])
     tree.links.new(texture.outputs["Color"], background.inputs["Color"])
@@ -85,14 +85,3 @@ def _read_face(path: Path, table: Table) -> Picture:
         return decode(pixels, table) if encoded else pixels
     finally:
         bpy.data.images.remove(image)
-
-
-def _packed_image(name: str, picture: Picture) -> bpy.types.Image:
-    height, width = picture.shape[:2]
-    image = bpy.data.images.new(name, width, height, float_buffer=True)
-    rgba = np.ones((height, width, 4), dtype=np.float32)
-    rgba[..., :3] = picture
-    image.pixels.foreach_set(rgba.reshape(-1))
-    image.update()
-    image.pack()
-    return image

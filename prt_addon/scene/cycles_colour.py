@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Colours of materials whose nodes we do not read, evaluated by Cycles itself at the corners of a mesh.
 
-Blender's own colour bake runs on a copy of the evaluated mesh, alone in a scene of its own, and all of it is removed
-again: selection, engine and data-blocks of the file stay what they were.
+Blender's own colour bake runs on a copy of the evaluated mesh, alone in a scene of its own (see `evaluation`).
 
 Where the colour of one shader is asked for, a copy of the material shows it as a Diffuse BSDF, so that metallic,
 specular and alpha do not change it. Else the whole material is evaluated: the colours of its diffuse and of its glossy
@@ -25,6 +24,7 @@ import bpy
 import numpy as np
 import numpy.typing as npt
 
+from .evaluation import cycles_scene, selected_alone
 from .meshes import layer_array
 from .nodes import feeding_socket
 
@@ -122,7 +122,9 @@ def _evaluated(ob: bpy.types.Object, matrix: npt.NDArray[np.float64], slots: Map
             else:
                 mesh.materials[index] = unread.material.original if unread else None
         whole = any(unread.colour is None for unread in slots.values())
-        with _alone_in_a_scene(ob, mesh, matrix):
+        with cycles_scene("PRT Colours") as scene, selected_alone(scene, mesh) as stand_in:
+            stand_in.matrix_world = matrix.T.tolist()  # bpy wants columns
+            stand_in.color, stand_in.pass_index = ob.color, ob.pass_index
             diffuse = _baked(mesh, "DIFFUSE")
             glossy = _baked(mesh, "GLOSSY") if whole else np.zeros_like(diffuse)
     except (RuntimeError, TypeError):  # the operator refuses; the engine is not registered
@@ -148,35 +150,6 @@ def _matte_copy(material: bpy.types.Material, colour: bpy.types.NodeSocket) -> b
         tree.links.new(outputs[source.identifier], shader.inputs["Color"])
     tree.links.new(shader.outputs[0], tree.get_output_node("CYCLES").inputs["Surface"])
     return copy
-
-
-@contextmanager
-def _alone_in_a_scene(ob: bpy.types.Object, mesh: bpy.types.Mesh, matrix: npt.NDArray[np.float64]) -> Iterator[None]:
-    """A context with only `mesh` in it, selected, as an object like `ob`; gone afterwards."""
-    here = bpy.context.scene
-    scene = bpy.data.scenes.new("PRT Colours")
-    stand_in = bpy.data.objects.new("PRT Colours", mesh)
-    try:
-        scene.render.engine = "CYCLES"
-        scene.cycles.samples = 1  # colours are exact with one
-        scene.cycles.device = "CPU"
-        scene.cycles.shading_system = here.cycles.shading_system
-        scene.render.threads_mode, scene.render.threads = here.render.threads_mode, here.render.threads
-        scene.frame_current = here.frame_current
-        stand_in.matrix_world = matrix.T.tolist()  # bpy wants columns
-        stand_in.color, stand_in.pass_index = ob.color, ob.pass_index
-        scene.collection.objects.link(stand_in)
-        layer = scene.view_layers[0]
-        stand_in.select_set(True, view_layer=layer)
-        layer.objects.active = stand_in
-        chosen = {"selected_objects": [stand_in], "selected_editable_objects": [stand_in]}
-        with bpy.context.temp_override(
-            scene=scene, view_layer=layer, object=stand_in, active_object=stand_in, **chosen
-        ):
-            yield
-    finally:
-        bpy.data.objects.remove(stand_in)
-        bpy.data.scenes.remove(scene)
 
 
 def _baked(mesh: bpy.types.Mesh, kind: str) -> Float32:

@@ -16,7 +16,7 @@ from ..core.errors import MeshError
 from ..core.inputs import Occluders, ReceiverGroup
 from .albedo import SurfaceAlbedo, read_albedo
 from .cycles_colour import remember_instances
-from .meshes import ObjectReceivers, Surface, read_receivers, read_surface
+from .meshes import ObjectReceivers, Surface, own_axes, read_receivers, read_surface
 from .prepare import NOTHING, Preparation, check_bakeable
 from .record import Crowd, Evidence, Identity, identity
 
@@ -72,15 +72,18 @@ def renderable_objects(view_layer: bpy.types.ViewLayer) -> set[bpy.types.Object]
     return found
 
 
+def selected_meshes(context: bpy.types.Context) -> list[bpy.types.Object]:
+    """The selected objects that are meshes."""
+    return [ob for ob in context.selected_objects if ob.type == "MESH"]
+
+
 def objects_to_bake(context: bpy.types.Context) -> list[bpy.types.Object]:
     """The selected meshes, or all meshes visible to render if none is selected; sorted by name.
 
     Raises:
         MeshError: if there is none.
     """
-    chosen = [ob for ob in context.selected_objects if ob.type == "MESH"]
-    if not chosen:
-        chosen = [ob for ob in renderable_objects(context.view_layer) if ob.type == "MESH"]
+    chosen = selected_meshes(context) or [ob for ob in renderable_objects(context.view_layer) if ob.type == "MESH"]
     if not chosen:
         raise MeshError(f"Scene '{context.scene.name}' has no mesh to bake: select one, or make one visible to render.")
     return sorted(chosen, key=lambda ob: ob.name_full)
@@ -161,22 +164,18 @@ def survey(
 def own_axes_matrix(ob: bpy.types.Object) -> npt.NDArray[np.float64]:
     """(4, 4) what is left of an object's matrix in its own axes: its scale, positive, without turn and place.
 
-    The own axes are the columns of the matrix, normalised, as the shader finds them; where the object is mirrored,
-    so are they. A bake with this matrix is thus the same wherever the object is turned to.
+    A bake with this matrix is the same wherever the object is turned to.
 
     Raises:
         MeshError: if the axes are not at right angles: light cannot be turned into them.
     """
-    columns = np.array(ob.matrix_world)[:3, :3]
-    lengths = np.linalg.norm(columns, axis=0)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        axes = columns / lengths
+    axes = own_axes(ob.matrix_world)
     if not np.allclose(axes.T @ axes, np.eye(3), rtol=0.0, atol=_RIGHT_ANGLE):
         raise MeshError(
             f"Object '{ob.name}' is sheared or scaled to zero, so that its transport cannot turn with it: apply its "
             "scale and its parents' (Object > Apply > Scale), or choose 'Baked For: Scene', then bake."
         )
-    return np.diag([*lengths, 1.0])
+    return np.diag([*np.linalg.norm(np.array(ob.matrix_world)[:3, :3], axis=0), 1.0])
 
 
 def _read_chosen(ob: bpy.types.Object, evaluated: bpy.types.Object, bounces: bool, allowed: Preparation) -> _Read:

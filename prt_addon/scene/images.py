@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Texels of Blender's images, in linear light."""
+"""Texels of Blender's images, read in linear light, and written into float images."""
 
 from __future__ import annotations
 
@@ -61,6 +61,22 @@ def linear_pixels(image: bpy.types.Image, opaque: bool = False) -> npt.NDArray[n
         rows = rgb[first : first + _ROWS_AT_A_TIME]
         rows[:] = srgb_to_linear(rows)
     return rgb
+
+
+def write_pixels(image: bpy.types.Image, pixels: npt.NDArray[np.float32]) -> None:
+    """Fill a float image of the same size with (height, width, 3 or 4) float32, row 0 at the bottom; opaque without alpha."""
+    rgba = np.ones((*pixels.shape[:2], 4), dtype=np.float32)
+    rgba[..., : pixels.shape[2]] = pixels
+    image.pixels.foreach_set(rgba.reshape(-1))
+    image.update()
+
+
+def float_image(name: str, pixels: npt.NDArray[np.float32]) -> bpy.types.Image:
+    """A new image of such pixels."""
+    height, width, channels = pixels.shape
+    image = bpy.data.images.new(name, width, height, alpha=channels == 4, float_buffer=True)
+    write_pixels(image, pixels)
+    return image
 
 
 def missing(image: bpy.types.Image) -> PictureError:

@@ -14,7 +14,7 @@ from ..core.errors import MeshError
 from ..core.inputs import BakeSettings
 from ..core.rotation import rotation_matrix
 from . import light, transport_layers
-from .meshes import index_array
+from .meshes import index_array, own_axes
 from .record import check_version
 
 LIGHT_FILE, TRANSPORT_FILE = "light.txt", "transport.txt"
@@ -67,8 +67,7 @@ def _to_world(ob: bpy.types.Object) -> npt.NDArray[np.float64]:
     """(9, 9) matrix that takes the coefficients on a baked object into the world's axes."""
     if transport_layers.space_of(ob.data) == "SCENE":
         return np.eye(len(transport_layers.LAYERS))
-    axes = np.array(ob.matrix_world)[:3, :3]
-    return rotation_matrix(axes / np.linalg.norm(axes, axis=0))
+    return rotation_matrix(own_axes(ob.matrix_world))
 
 
 def _triangle_corners(mesh: bpy.types.Mesh) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.int32]]:

@@ -151,6 +151,11 @@ def is_projected(world: bpy.types.World) -> bool:
     return "graph" in world.get(RECORD, {})
 
 
+def is_keyframed(world: bpy.types.World) -> bool:
+    """Whether the light of a world was projected frame by frame, and is left alone until it is projected by hand."""
+    return FRAMES in world.get(RECORD, {})
+
+
 def followed(world: bpy.types.World) -> Followed:
     """The sockets that turn and scale the light of a world."""
     record, tree = world.get(RECORD), world.node_tree
@@ -239,7 +244,7 @@ def _drive(world: bpy.types.World, name: str, index: int, expression: str, varia
     driver = world.driver_add(f'["{name}"]', index).driver
     driver.type = "SCRIPTED"
     for variable_name, path in variables.items():
-        if f"{variable_name}" not in expression:
+        if variable_name not in expression:
             continue
         variable = driver.variables.new()
         variable.name = variable_name

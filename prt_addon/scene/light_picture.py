@@ -15,6 +15,7 @@ from ..core.digest import digest
 from ..core.errors import PRTError
 from ..core.window import energy_shares
 from . import light
+from .images import write_pixels
 from .projection import sky_picture
 from .sky import read_sky
 
@@ -110,9 +111,6 @@ def _written(name: str, picture: npt.NDArray[np.float32]) -> bpy.types.Image:
     image = bpy.data.images.get(name) or bpy.data.images.new(name, width, height, float_buffer=True)
     if tuple(image.size) != (width, height):
         image.scale(width, height)
-    rgba = np.ones((height, width, 4), dtype=np.float32)
-    rgba[..., :3] = picture
-    image.pixels.foreach_set(rgba.reshape(-1))
-    image.update()
+    write_pixels(image, picture)
     image.pack()
     return image

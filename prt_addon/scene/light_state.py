@@ -9,7 +9,7 @@ from typing import Any
 import bpy
 
 from ..core.errors import PRTError
-from .light import FRAMES, RECORD, REPAINTED, has_light, is_projected
+from .light import FRAMES, RECORD, REPAINTED, has_light, is_keyframed, is_projected
 from .sky import read_world
 from .sky_identity import identity
 
@@ -33,7 +33,7 @@ def light_state(world: Any) -> LightState:
     if not is_projected(world.original):
         return LightState(False, "Imported: it follows no nodes")
     record = world.original[RECORD]
-    if FRAMES in record:
+    if is_keyframed(world.original):
         return LightState(False, "Keyframed, frames {} to {}".format(*record[FRAMES]))
     try:
         sky = read_world(world)
@@ -53,7 +53,7 @@ def light_state(world: Any) -> LightState:
 
 def note_repainted(world: bpy.types.World, image: bpy.types.Image) -> None:
     """Remember that the texels of one of the world's pictures may have changed: nothing else would tell."""
-    if not is_projected(world) or FRAMES in world[RECORD]:
+    if not is_projected(world) or is_keyframed(world):
         return
     try:
         shown = image in read_world(world).images

@@ -132,7 +132,8 @@ def _is_triangles(mesh: bpy.types.Mesh) -> bool:
 
 
 def _positions(mesh: bpy.types.Mesh) -> Float64:
-    return vector_array(mesh.attributes["position"].data, "vector")
+    layer = mesh.attributes.get("position")
+    return vector_array(layer.data, "vector") if layer else np.zeros((0, 3))  # a mesh without vertices may have none
 
 
 def _triangle_corners(mesh: bpy.types.Mesh) -> Int32:
@@ -179,6 +180,16 @@ def read_receivers(name: str, mesh: bpy.types.Mesh, matrix: Float64) -> ObjectRe
     )
     edges = element_receiver[_face_edges(mesh)].astype(np.int32)
     return ObjectReceivers(ReceiverGroup(name, inside, normals, radius, edges=edges), "CORNER", element_receiver)
+
+
+def own_axes(matrix: npt.ArrayLike) -> Float64:
+    """(3, 3) columns: the axes of an object in the world, from its (4, 4) matrix as the shader finds them: normalised.
+
+    Mirrored where the object is; NaN where it is scaled to zero.
+    """
+    columns = np.array(matrix, dtype=np.float64)[:3, :3]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return columns / np.linalg.norm(columns, axis=0)
 
 
 def _transformed(points: Float64, matrix: Float64) -> Float64:

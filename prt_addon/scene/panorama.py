@@ -3,7 +3,7 @@
 
 Cycles' bake of the type Environment looks from each vertex of a mesh along its position, and so evaluates a world along
 any set of directions, without a camera, a file or a trace in the render result. A copy of the world hangs over a scene of
-its own, and all of it is removed again.
+its own (see `evaluation`).
 
 In the copy, what the light follows by itself is neutral: the Mapping node that turns it is bypassed, the strength is one.
 Light Path nodes answer as they do for light that falls on matte surfaces: worlds may show the camera something else.
@@ -20,6 +20,7 @@ import numpy.typing as npt
 
 from ..core.errors import LightError
 from ..core.texel_means import Radiance, equirect_means
+from .evaluation import cycles_scene, selected_alone
 from .meshes import layer_array
 from .nodes import feeding_socket
 from .sky import Sky, output_of
@@ -45,8 +46,8 @@ def panorama(sky: Sky, height: int = 512) -> Float32:
 @contextmanager
 def _alone(sky: Sky) -> Iterator[Radiance]:
     """The radiance of a sky along directions (N, 3); what it takes is gone afterwards."""
-    here, groups = bpy.context.scene, list[bpy.types.NodeTree]()
-    if not hasattr(here, "cycles"):
+    groups = list[bpy.types.NodeTree]()
+    if not hasattr(bpy.context.scene, "cycles"):
         raise LightError(
             f"World '{sky.world.name}' is evaluated by Cycles, which is disabled: enable it in Preferences."
         )
@@ -54,20 +55,13 @@ def _alone(sky: Sky) -> Iterator[Radiance]:
     if not world.is_evaluated:
         world = world.evaluated_get(bpy.context.evaluated_depsgraph_get())
     world = world.copy()  # as it is at this frame
-    scene = bpy.data.scenes.new(_NAME)
     try:
         _neutralise(world, sky, groups)
-        scene.world = world
-        scene.render.engine = "CYCLES"
-        scene.cycles.samples = 1
-        scene.cycles.device = "CPU"
-        scene.cycles.use_denoising = False
-        scene.cycles.shading_system = here.cycles.shading_system
-        scene.render.threads_mode, scene.render.threads = here.render.threads_mode, here.render.threads
-        scene.frame_current = here.frame_current
-        yield lambda directions: _evaluated(scene, directions)
+        with cycles_scene(_NAME) as scene:
+            scene.world = world
+            scene.cycles.use_denoising = False
+            yield lambda directions: _evaluated(scene, directions)
     finally:
-        bpy.data.scenes.remove(scene)
         bpy.data.worlds.remove(world)
         for group in groups:
             bpy.data.node_groups.remove(group)
@@ -78,7 +72,6 @@ def _evaluated(scene: bpy.types.Scene, directions: Float32) -> Float32:
     count = len(directions)
     corners = np.pad(directions, ((0, -count % 3), (0, 0)), mode="edge")
     mesh = bpy.data.meshes.new(_NAME)
-    stand_in = bpy.data.objects.new(_NAME, mesh)
     try:
         mesh.vertices.add(len(corners))
         mesh.vertices.foreach_set("co", corners.ravel())
@@ -89,21 +82,13 @@ def _evaluated(scene: bpy.types.Scene, directions: Float32) -> Float32:
         mesh.update()
         mesh.attributes.new(_LAYER, "FLOAT_COLOR", "CORNER")
         mesh.color_attributes.active_color_name = _LAYER
-        scene.collection.objects.link(stand_in)
-        layer = scene.view_layers[0]
-        stand_in.select_set(True, view_layer=layer)
-        layer.objects.active = stand_in
-        chosen = {"selected_objects": [stand_in], "selected_editable_objects": [stand_in]}
-        with bpy.context.temp_override(
-            scene=scene, view_layer=layer, object=stand_in, active_object=stand_in, **chosen
-        ):
+        with selected_alone(scene, mesh):
             bpy.ops.object.bake(type="ENVIRONMENT", target="VERTEX_COLORS", use_clear=True)
     except RuntimeError as error:  # the operator refuses
         raise LightError(f"World '{scene.world.name}' cannot be evaluated by Cycles now: {error}") from error
     else:
         return layer_array(mesh, _LAYER, "color", 4)[:count, :3]
     finally:
-        bpy.data.objects.remove(stand_in)
         bpy.data.meshes.remove(mesh)
 
 

@@ -64,7 +64,7 @@ def check_bakeable(ob: bpy.types.Object, evaluated: bpy.types.Mesh, allowed: Pre
     if keeps_topology and not allowed.make_single_user:
         _check_single_user(ob)
     if not len(mesh.polygons if keeps_topology else evaluated.polygons):
-        raise MeshError(f"Object '{ob.name}' has no faces: add some or deselect it.")
+        raise MeshError(f"Object '{ob.name}' has no faces: add some, deselect it, or hide it from renders.")
     if keeps_topology:
         return
     if not allowed.apply_modifiers:

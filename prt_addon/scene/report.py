@@ -16,7 +16,8 @@ from ..core.errors import LightError, MeshError
 from ..core.report.subject import Light, Scenery, Subject
 from ..core.skylight import handy
 from . import gather, light, transport_layers
-from .meshes import ObjectReceivers, read_surface
+from .libraries import is_own
+from .meshes import ObjectReceivers, own_axes, read_surface
 from .projection import sky_picture
 from .record import BakeRecord, read_record
 from .sky import read_sky
@@ -77,7 +78,7 @@ def read_baked(context: bpy.types.Context, objects: Sequence[bpy.types.Object]) 
             surface.vertices[surface.triangles],
             receivers.at_corners(surface),
             scenery,
-            _axes(evaluated) if group.own else np.eye(3),
+            own_axes(evaluated.matrix_world) if group.own else np.eye(3),
         )
         baked.append(Baked(ob, subject, receivers))
     return baked
@@ -122,10 +123,11 @@ def last_report(scene: bpy.types.Scene) -> dict[str, Any] | None:
     return json.loads(text) if isinstance(text, str) else None
 
 
-def forget(scene: bpy.types.Scene) -> None:
-    """Drop it."""
-    if LAST_REPORT in scene:
-        del scene[LAST_REPORT]
+def forget_all() -> None:
+    """Drop the reports of all scenes."""
+    for scene in bpy.data.scenes:
+        if is_own(scene) and LAST_REPORT in scene:
+            del scene[LAST_REPORT]
 
 
 def _record(ob: bpy.types.Object) -> BakeRecord:
@@ -147,10 +149,3 @@ def _per_receiver(ob: bpy.types.Object, receivers: ObjectReceivers) -> npt.NDArr
     transport = np.zeros((len(receivers.group), *stored.shape[1:]), dtype=np.float32)
     transport[receivers.element_receiver] = stored
     return transport
-
-
-def _axes(ob: bpy.types.Object) -> npt.NDArray[np.float64]:
-    """(3, 3) columns: an object's own axes in the world, as the shader finds them."""
-    columns = np.array(ob.matrix_world)[:3, :3]
-    axes: npt.NDArray[np.float64] = columns / np.linalg.norm(columns, axis=0)
-    return axes

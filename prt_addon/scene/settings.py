@@ -180,17 +180,17 @@ def run_settings(scene: bpy.types.Scene, operator: bpy.types.Operator) -> Run:
 def checkpoints(scene: bpy.types.Scene, operator: bpy.types.Operator) -> Path | None:
     """The folder of the checkpoints, if any are wanted."""
     path = _value("checkpoint_dir", scene, operator)
-    return absolute_folder(path) if path else None
+    return absolute_path(path) if path else None
 
 
-def absolute_folder(path: str) -> Path:
-    """The folder of a path that may be relative to the file.
+def absolute_path(path: str) -> Path:
+    """The whole of a path that may be relative to the file.
 
     Raises:
         PRTError: if it is, and the file was never saved.
     """
     if path.startswith("//") and not bpy.data.filepath:
-        raise PRTError(f"Folder '{path}' is relative to a file that was never saved: save it, or give a whole path.")
+        raise PRTError(f"'{path}' is relative to a file that was never saved: save it, or give a whole path.")
     return Path(bpy.path.abspath(path))
 
 

@@ -46,7 +46,7 @@ def _hex(text: str) -> str:
 
 def _picture(image: bpy.types.Image) -> str:
     """An image's identity: its name, source and colour space, and size and date of its file."""
-    told = [image.name_full, image.source, image.filepath, image.colorspace_settings.name, image.alpha_mode]
+    told = [image.name, image.source, image.filepath, image.colorspace_settings.name, image.alpha_mode]
     if image.packed_file:
         return repr([*told, image.packed_file.size])
     if image.source != "FILE":
@@ -100,7 +100,7 @@ def _settings(struct: Any, base: Any = bpy.types.Node) -> Iterator[tuple[str, An
         elif prop.type != "POINTER":
             yield name, _plain(value)
         elif isinstance(value, bpy.types.ID):
-            yield name, type(value).__name__ if isinstance(value, bpy.types.Image) else value.name_full
+            yield name, type(value).__name__ if isinstance(value, bpy.types.Image) else value.name
         elif value is not None:
             yield name, dict(_settings(value, None))
 

@@ -37,7 +37,7 @@ class WholeBake:
         """
         Args:
             allowed: what may be done to meshes that cannot hold the result.
-            projected: how the world is projected, too; not if None.
+            projected: how the world is projected, too; not if None, nor if its light is keyframed.
             with_shading: whether materials are relit, too.
 
         Raises:
@@ -48,11 +48,14 @@ class WholeBake:
         objects = gather.objects_to_bake(context)
         if with_shading:
             shading.check_materials(objects)
-        self._light = None
+        self._light, self._notes = None, list[str]()
         if projected:
             here = sky.read_sky(context.scene)
             light.check_world(here.world)
-            self._light = project(here, projected)
+            if light.is_keyframed(here.world):
+                self._notes.append(f"The light of world '{here.world.name}' is keyframed, and stays as it is.")
+            else:
+                self._light = project(here, projected)
         with object_mode(context):
             self.plan = gather.gather(context, objects, settings.mode == "INTERREFLECTED", allowed)
         self.settings = settings
@@ -104,7 +107,7 @@ class WholeBake:
                     evidence,
                 )
         freshness.note_baked(objects)
-        notes = list(own.notes)
+        notes = [*own.notes, *self._notes]
         if here and self._light:
             light.write_light(here, self._light)
             notes += self._light.sentences

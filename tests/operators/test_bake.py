@@ -49,6 +49,30 @@ def test_selection_order_and_company_do_not_matter(blender, part, scene, stage):
     assert one is not None
 
 
+@pytest.mark.parametrize("mode", ["UNSHADOWED", "SHADOWED", "INTERREFLECTED"])
+def test_meshes_without_vertices_take_no_part(blender, part, scene, stage, mode):
+    """They stand about in scenes, and Blender gives them not even a layer of positions."""
+    cube = stage.object_of("Cube", stage.cube())
+    scene.collection.objects.link(blender.data.objects.new("Empty", blender.data.meshes.new("Empty")))
+    cube.select_set(True)
+    assert blender.ops.prt.bake(mode=mode, samples=4) == {"FINISHED"}
+    assert part("scene.transport_layers").is_baked(cube.data) and blender.ops.prt.check() == {"FINISHED"}
+    cube.select_set(False)
+    with pytest.raises(RuntimeError, match="'Empty' has no faces"):
+        blender.ops.prt.bake(mode=mode, samples=4)
+
+
+def test_keyframed_light_stays(blender, part, scene, stage):
+    """Another bake of a mesh says nothing of the sky; to project the world does."""
+    stage.object_of("Cube", stage.cube())
+    blender.ops.prt.keyframe_light(frame_start=1, frame_end=2)
+    light = part("scene.light")
+    for operator, stays in ((blender.ops.prt.bake, True), (blender.ops.prt.project_light, False)):
+        operator(**({"mode": "UNSHADOWED"} if stays else {}))
+        assert light.has_light(scene.world) and light.is_keyframed(scene.world) == stays
+        assert bool(light._light_curves(scene.world)) == stays
+
+
 def test_own_layers_survive(blender, part, scene, stage):
     """The user's colour layers, and which of them is active, are left alone."""
     ob = stage.object_of("Cube", stage.cube())

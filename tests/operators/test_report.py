@@ -257,6 +257,30 @@ def test_file_lies_beside_the_blend(blender, scene, room, tmp_path):
     assert json.loads((tmp_path / "scene.prt_report.json").read_text())["scene"] == blender.context.scene.name
 
 
+def test_no_path_is_relative_to_a_file_that_was_never_saved(blender, scene, room):
+    """Wherever the process happens to run is no place to write to."""
+    room(2)
+    blender.ops.prt.bake(mode="UNSHADOWED")
+    with pytest.raises(RuntimeError, match="never saved"):
+        blender.ops.prt.report(filepath="//report.json", **FEW)
+    with pytest.raises(RuntimeError, match="no folder"):
+        blender.ops.prt.export_games202()
+
+
+def test_reports_of_all_scenes_go_with_the_last_bake(blender, scene, room):
+    """Remove without a selection reaches what renders do not show, too."""
+    floor = room(2)
+    blender.ops.prt.bake(mode="UNSHADOWED")
+    blender.ops.prt.report(**FEW)
+    other = blender.data.scenes.new("Other")
+    other["prt_report"] = scene["prt_report"]
+    floor.hide_render = True
+    floor.select_set(False)
+    blender.ops.prt.remove()
+    assert "prt_report" not in scene and "prt_report" not in other
+    assert "_PRT_0" not in floor.data.attributes
+
+
 def test_stale_bakes_are_told(blender, report, room):
     """What changed since is counted as error, and said to be."""
     floor = room(8)

@@ -146,7 +146,7 @@ def test_what_cannot_be_shared_is_refused(blender, scene, stage, tmp_path):
             answer(blender, tmp_path, *([1] if answer is bake_shards else []), mode="UNSHADOWED")
     with pytest.raises(RuntimeError, match="shard 3 of 3"):
         bake_shards(blender, tmp_path, 3, [3], mode="SHADOWED")
-    with pytest.raises(RuntimeError, match="need a folder"):
+    with pytest.raises(RuntimeError, match="no folder"):
         blender.ops.prt.bake_shard(index=0, count=1)
     with pytest.raises(RuntimeError, match="never saved"):
         blender.ops.prt.bake_shard(index=0, count=1, directory="//shards")

@@ -16,13 +16,13 @@ import numpy as np
 import scenes
 from measure import Seconds, by_turns, exponent, median, now, ratio, timed
 from naive import uniform_sphere
-from rays_alone import rays_alone, receivers_of
+from rays_alone import rays_alone
 
 from prt_addon.core.bake import bake, bounce, ray_count
 from prt_addon.core.casting import trace_groups
 from prt_addon.core.inputs import BakeSettings, Occluders, ReceiverGroup
 from prt_addon.core.raycast import RayScene
-from prt_addon.core.transport import shadowed
+from prt_addon.core.transport import Receivers, shadowed
 
 Result = dict[str, Any]
 
@@ -68,7 +68,7 @@ def against_uniform(receivers: int, samples: int) -> Result:
     """The plain estimator with as many samples as it needs for the same error, and how much longer it takes."""
     groups, occluders = scenes.bake_input(scenes.court(receivers))
     scene = RayScene(occluders.vertices, occluders.triangles)
-    points = receivers_of(groups, scene)
+    points = Receivers.of(groups, scene)
     truth = shadowed(scene, points, 1 << 14, seed=1)
 
     def error(result: np.ndarray) -> float:

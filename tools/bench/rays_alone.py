@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
 from measure import NOTHING, Seconds, timed
 
 from prt_addon.core.inputs import BakeSettings, Occluders, ReceiverGroup
@@ -22,7 +21,7 @@ def rays_alone(groups: Sequence[ReceiverGroup], occluders: Occluders, settings: 
     Making the rays and building the scene is not counted.
     """
     scene = RayScene(occluders.vertices, occluders.triangles)
-    receivers = receivers_of(groups, scene)
+    receivers = Receivers.of(groups, scene)
     pattern = Pattern(settings.samples, settings.seed)
     query = {"output": True} if settings.mode == "INTERREFLECTED" else {"query": "OCCLUDED"}
     batch = pattern.chunk * _CHUNKS_IN_MEMORY
@@ -38,13 +37,3 @@ def rays_alone(groups: Sequence[ReceiverGroup], occluders: Occluders, settings: 
 
         total += timed(lambda: ALL_CORES.run(len(rays), 1, cast))  # noqa: B023
     return total
-
-
-def receivers_of(groups: Sequence[ReceiverGroup], scene: RayScene) -> Receivers:
-    """What `core.bake` makes of groups."""
-    return Receivers(
-        points=scene.normalised(np.concatenate([group.points for group in groups])),
-        normals=np.concatenate([group.normals for group in groups]),
-        ids=np.concatenate([np.arange(len(group)) for group in groups]),
-        skips=np.concatenate([np.full(len(group), scene.skip_length(group.radius)) for group in groups]),
-    )

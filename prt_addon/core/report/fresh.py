@@ -61,8 +61,6 @@ def _bounced_from(scenery: Scenery, settings: BakeSettings, hits: KeptHits, work
     missing = hit[np.isnan(known[hit, 0, 0])]
     filled = np.nan_to_num(known)
     if len(missing):
-        some = Receivers(
-            receivers.points[missing], receivers.normals[missing], receivers.ids[missing], receivers.skips[missing]
-        )
-        filled[missing] = shadowed(scenery.scene, some, _ROUGHLY, settings.seed, workers)[:, :, None]
+        direct = shadowed(scenery.scene, receivers[missing], _ROUGHLY, settings.seed, workers)
+        filled[missing] = direct[:, :, None]
     return filled

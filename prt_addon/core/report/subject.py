@@ -86,18 +86,12 @@ class Scenery:
     @cached_property
     def corner_receiver(self) -> Int64:
         """(T, 3) the receiver at each corner of a triangle, -1 for none."""
-        found = self.occluders.corner_receiver
-        return np.full(self.occluders.triangles.shape, -1, dtype=np.int64) if found is None else found
+        return self.occluders.receiver_at_corners
 
     @cached_property
     def receivers(self) -> Receivers:
         """All of them."""
-        return Receivers(
-            self.scene.normalised(np.concatenate([group.points for group in self.groups])),
-            np.concatenate([group.normals for group in self.groups]),
-            np.concatenate([np.arange(len(group)) for group in self.groups]),
-            np.concatenate([np.full(len(group), self.scene.skip_length(group.radius)) for group in self.groups]),
-        )
+        return Receivers.of(self.groups, self.scene)
 
     def bounces(self, settings: BakeSettings) -> Bounces | None:
         """How paths go on from these surfaces, if the bake had light bounce."""

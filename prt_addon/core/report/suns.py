@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from ..equirect import solid_angles
+
 Float32 = npt.NDArray[np.float32]
 
 BRIGHTNESS = 1000.0
@@ -36,8 +38,7 @@ class Suns:
 
 def find_suns(picture: Float32) -> Suns:
     """Suns of an equirectangular picture (H, W, 3), row 0 at the bottom."""
-    height = len(picture)
-    ring = np.diff(np.sin(np.pi * (np.arange(height + 1) / height - 0.5)))[:, None] / picture.shape[1]
+    ring = solid_angles(*picture.shape[:2])[:, None]
     brightness = np.maximum(picture.mean(axis=-1, dtype=np.float64), 0.0)
     flux = brightness * ring
     whole = float(flux.sum())
