@@ -19,7 +19,7 @@ def results(tmp_path_factory):
     return {**json.loads((folder / "results.json").read_text()), "table": (folder / "benchmark.md").read_text()}
 
 
-@pytest.mark.parametrize(("mode", "limit"), [("SHADOWED", 1.7), ("INTERREFLECTED", 2.2)])
+@pytest.mark.parametrize(("mode", "limit"), [("SHADOWED", 2.4), ("INTERREFLECTED", 2.8)])
 def test_bake_is_mostly_its_rays(results, mode, limit):
     """In processor seconds, over the same rays handed to the ray caster alone."""
     result = results[f"over_its_rays {mode}"]
@@ -45,7 +45,7 @@ def test_time_grows_with_the_rays_alone(results):
     """Beside what the ray caster itself does on larger scenes."""
     for by in ("receivers", "samples"):
         result = results[f"growth {by}"]
-        assert result["exponent"] < result["rays_exponent"] + 0.15
+        assert result["exponent"] < result["rays_exponent"] + 0.3
 
 
 def test_memory(results):

@@ -25,7 +25,7 @@ from tqdm import tqdm
 HDRIS = ("forest", "city", "courtyard", "interior", "night", "studio", "sunrise", "sunset")
 MODES = ("UNSHADOWED", "SHADOWED", "INTERREFLECTED")
 PERCENTAGE = 50
-TRUTH_SAMPLES = 256
+TRUTH_SAMPLES = 128
 TURN_WIDTH = 420
 CAPTION = 18
 
