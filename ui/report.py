@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from textwrap import wrap
 from typing import Any
 
 import bpy
@@ -11,10 +10,7 @@ import bpy
 from ..operators.report import PART_ITEMS, advice_lines
 from ..prt_addon.core.report.measures import percent
 from ..prt_addon.scene import report
-from .tab import Tab
-
-_LINE = 38
-"""Characters that the sidebar shows at its usual width."""
+from .tab import Tab, draw_text
 
 _SURFACE = (("total", "Whole error"), *((item[0].lower(), item[1]) for item in PART_ITEMS[:3]))
 
@@ -34,25 +30,24 @@ class PRT_PT_report(Tab, bpy.types.Panel):
         column.operator("prt.report", text="With Heat Map", icon="SHADING_RENDERED").heat_map = True
         document = report.last_report(context.scene)
         if document:
-            _draw_numbers(self.layout.column(align=True), document)
-            _draw_advice(self.layout.column(align=True), document)
+            _draw_numbers(context, self.layout.column(align=True), document)
+            _draw_advice(context, self.layout.column(align=True), document)
 
 
-def _draw_numbers(column: bpy.types.UILayout, document: dict[str, Any]) -> None:
+def _draw_numbers(context: bpy.types.Context, column: bpy.types.UILayout, document: dict[str, Any]) -> None:
     """The headline of each part, with its interval."""
     for part, name in _SURFACE:
         if part in document.get("all", {}):
-            column.label(text=f"{name}: {_interval(document['all'][part]['relative_rms'])}")
+            draw_text(context, column, f"{name}: {_interval(document['all'][part]['relative_rms'])}", "DOT")
     if "end_to_end" in document:
         found = document["end_to_end"]
         flip = "" if found["flip"] is None else f", FLIP {found['flip']:.3f}"
-        column.label(text=f"End to end: {_interval(found['relative_rms'])}{flip}")
+        draw_text(context, column, f"End to end: {_interval(found['relative_rms'])}{flip}", "DOT")
 
 
-def _draw_advice(column: bpy.types.UILayout, document: dict[str, Any]) -> None:
+def _draw_advice(context: bpy.types.Context, column: bpy.types.UILayout, document: dict[str, Any]) -> None:
     for sentence in [*document.get("stale", []), *advice_lines(document)]:
-        for number, line in enumerate(wrap(sentence, _LINE)):
-            column.label(text=line, icon="BLANK1" if number else "RIGHTARROW_THIN")
+        draw_text(context, column, sentence, "RIGHTARROW_THIN")
 
 
 def _interval(number: dict[str, float | None]) -> str:

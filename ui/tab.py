@@ -26,3 +26,10 @@ def wrapped(context: bpy.types.Context, text: str) -> list[str]:
     blf.size(_FONT, context.preferences.ui_styles[0].widget.points * scale)
     width = blf.dimensions(_FONT, text)[0] / len(text)
     return textwrap.wrap(text, max(12, int((context.region.width - _MARGINS * scale) / width)))
+
+
+def draw_text(context: bpy.types.Context, column: bpy.types.UILayout, text: str, icon: str) -> None:
+    """A sentence, wrapped beside its icon."""
+    for line in wrapped(context, text):
+        column.label(text=line, icon=icon)
+        icon = "BLANK1"

@@ -28,14 +28,17 @@ def state():
     return {
         "time": time.time(),
         "file": bpy.data.filepath,
+        "enabled": hasattr(bpy.types.Scene, "prt"),
         "saved": not bpy.data.is_dirty,
         "view": box(regions["WINDOW"], window),
+        "header": box(regions["HEADER"], window),
         "sidebar": box(sidebar, window) if sidebar.width > 1 else None,
         "tab": sidebar.active_panel_category if sidebar.width > 1 else None,
         "folded": [panel.bl_label for panel in panels() if "DEFAULT_CLOSED" in getattr(panel, "bl_options", ())],
         "row": 20 * bpy.context.preferences.system.ui_scale,
         "progress": job.progress if job else None,
         "baked": sum("_PRT_8" in mesh.attributes for mesh in bpy.data.meshes),
+        "reported": "prt_report" in bpy.context.scene,
         "content": content(),
         "turn": list(mapping[0].inputs["Rotation"].default_value) if mapping else None,
     }
