@@ -18,6 +18,7 @@ HERE = Path(__file__).resolve().parent
 SCENE, BAKED, FULL = (HERE / f"{name}.blend" for name in ("scene", "baked", "full"))
 WITH, WITHOUT, NO_WHEELS = (HERE / name for name in ("with", "without", "no_wheels"))  # profiles
 BAKE = "import bpy; bpy.ops.prt.bake(samples=64); bpy.ops.wm.save_as_mainfile(filepath='{}')"
+F3 = "69"  # the key's code: by name, xdotool makes it a chord
 NO_WORLD = "import bpy; bpy.context.scene.world = None; bpy.ops.prt.bake(samples=64)"
 
 
@@ -97,6 +98,7 @@ def first_day(display: Display) -> None:
         window.press("Escape")
         now = window.wait(lambda now: now["progress"] is None, "Esc to stop the bake")
         assert now["content"] == pristine, "a cancelled bake changed the file"
+        window.settle()
         window.screenshot("window_3_cancelled")
         step("Esc half way leaves everything as it was")
 
@@ -117,11 +119,13 @@ def first_day(display: Display) -> None:
         window.wait(lambda now: now["turn"] != turned and now["baked"] == 2, "undo of the turn")
         window.press_at_rest("ctrl+z")
         window.wait(lambda now: now["content"] == pristine, "undo of the bake in one step")
+        window.settle()
         window.screenshot("window_6_undone")
         window.press_at_rest("ctrl+shift+z")
         window.wait(lambda now: now["content"] == baked, "redo of the bake")
         window.press_at_rest("ctrl+shift+z")
         window.wait(lambda now: now["turn"] == turned, "redo of the turn")
+        window.settle()
         window.screenshot("window_7_redone")
         step("undo and redo, a step each")
 
@@ -132,9 +136,11 @@ def first_day(display: Display) -> None:
 
     with Window(display, SCENE, WITH, HERE) as window:
         now = window.state
-        assert now["content"] == baked and now["turn"] == turned, "the file did not come back as it was saved"
+        assert now["content"] == baked, f"saved: {baked}\nreopened: {now['content']}"
+        assert now["turn"] == turned, f"saved with a turn of {turned}, reopened with {now['turn']}"
         if now["tab"] != "PRT":
             open_tab(window)
+        render_view(window)  # Blender opens no file with it
         portraits(window)
         window.click_text("Remove Everything")
         window.wait(lambda now: now["baked"] == 0, "removal")
@@ -211,8 +217,15 @@ def open_tab(window: Window) -> None:
 
 
 def look_through_camera(window: Window) -> None:
-    """The camera's view, rendered: the pie menu of Z, and its item on top."""
-    for key in ("KP_0", "z", "8"):
+    """The camera's view, rendered."""
+    window.press("KP_0")
+    render_view(window)
+
+
+def render_view(window: Window) -> None:
+    """Rendered shading: the pie menu of Z, and its item on top."""
+    window.hover_view()
+    for key in ("z", "8"):
         window.press(key)
     window.settle()
 
@@ -229,10 +242,9 @@ def look_into_menu(window: Window) -> None:
 
 def start_by_search(window: Window) -> None:
     """F3, the operator's name, and Enter."""
-    window.hover_view()
-    window.press("F3")
+    window.press_at_rest(F3)
     window.write("Bake PRT")
-    window.find("PRT", window.free_view)
+    window.find("Bake PRT", window.free_view, last=True)
     window.screenshot("window_1_search")
     window.press("Return")
     window.hover_view()

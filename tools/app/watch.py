@@ -55,18 +55,22 @@ def box(region, window):
 
 
 def content():
-    """A digest of all that a bake may touch: meshes and their attributes, materials' nodes, the world's properties."""
-    digest = hashlib.sha256()
+    """All that a bake may touch, a line each: meshes and their attributes, materials' nodes, the world's properties.
+
+    Not Blender's own attributes, which begin with a dot: selections and the like come and go.
+    """
+    lines = []
     for mesh in bpy.data.meshes:
         points = np.empty(len(mesh.vertices) * 3, dtype=np.float32)
         mesh.vertices.foreach_get("co", points)
-        digest.update(points.tobytes())
-        digest.update(repr([mesh.name, sorted(mesh.attributes.keys()), sorted(mesh.keys())]).encode())
+        shape = hashlib.sha256(points.tobytes()).hexdigest()[:16]
+        attributes = sorted(name for name in mesh.attributes.keys() if not name.startswith("."))
+        lines.append(f"{mesh.name}: {shape}, {attributes}, {sorted(mesh.keys())}")
     for material in bpy.data.materials:
-        digest.update(repr([material.name, sorted(material.node_tree.nodes.keys())]).encode())
+        lines.append(f"{material.name}: {sorted(material.node_tree.nodes.keys())}")
     for world in bpy.data.worlds:
-        digest.update(repr([world.name, sorted(world.keys()), sorted(world.node_tree.nodes.keys())]).encode())
-    return digest.hexdigest()
+        lines.append(f"{world.name}: {sorted(world.keys())}, {sorted(world.node_tree.nodes.keys())}")
+    return lines
 
 
 def tell(path):
