@@ -24,6 +24,7 @@ class PRT_PT_bake(Tab, bpy.types.Panel):
             row = layout.row(align=True)
             row.progress(factor=job.progress, text=job.text)
             row.operator("prt.cancel", text="", icon="X")
+            draw_text(context, layout.column(align=True), "The settings rest until it has ended.", "INFO")
         else:
             button = layout.column()
             button.scale_y = 1.6

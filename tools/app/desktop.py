@@ -203,7 +203,7 @@ class Window:
 
         What is darker than the first level is taken for paper, what is lighter than the second for ink.
         """
-        seen, enlarged = self.scratch / "seen.png", self.scratch / "enlarged.png"
+        seen, enlarged = self.scratch / "seen.ppm", self.scratch / "enlarged.ppm"
         left, top, _, _ = box
         self.crop(box, seen)
         enlargement = max(1, round(LETTERS / self.state["row"]))
@@ -224,7 +224,7 @@ class Window:
         """Wait until nothing moves on the screen and the 3D View no longer says, in its corner, that it compiles."""
         left, top, width, height = self.state["view"]
         corner = left, top, width // 2, height // 3
-        before, after = self.scratch / "before.png", self.scratch / "after.png"
+        before, after = self.scratch / "before.ppm", self.scratch / "after.ppm"
         everything = 0, 0, *self.display.size
 
         def settled() -> bool:

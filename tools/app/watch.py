@@ -64,7 +64,7 @@ def content():
         points = np.empty(len(mesh.vertices) * 3, dtype=np.float32)
         mesh.vertices.foreach_get("co", points)
         shape = hashlib.sha256(points.tobytes()).hexdigest()[:16]
-        attributes = sorted(name for name in mesh.attributes.keys() if not name.startswith("."))
+        attributes = sorted(layer.name for layer in mesh.attributes if not layer.name.startswith("."))
         lines.append(f"{mesh.name}: {shape}, {attributes}, {sorted(mesh.keys())}")
     for material in bpy.data.materials:
         lines.append(f"{material.name}: {sorted(material.node_tree.nodes.keys())}")
