@@ -222,8 +222,8 @@ class Window:
 
     def settle(self) -> None:
         """Wait until nothing moves on the screen and the 3D View no longer says, in its corner, that it compiles."""
-        left, top, width, height = self.state["view"]
-        corner = left, top, width // 2, height // 3
+        left, top, width, _ = self.state["view"]
+        corner = left, top, width // 3, round(7 * self.state["row"])
         before, after = self.scratch / "before.ppm", self.scratch / "after.ppm"
         everything = 0, 0, *self.display.size
 
