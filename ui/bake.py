@@ -8,7 +8,7 @@ import bpy
 from ..prt_addon.bake_job import running_job
 from ..prt_addon.core import raycast
 from .presets import PRT_PT_bake_presets
-from .tab import Tab
+from .tab import Tab, draw_text
 
 
 class PRT_PT_bake(Tab, bpy.types.Panel):
@@ -17,26 +17,23 @@ class PRT_PT_bake(Tab, bpy.types.Panel):
     bl_idname = "PRT_PT_bake"
     bl_label = "Radiance Transfer"
 
-    def draw(self, _context: bpy.types.Context) -> None:
+    def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
         job = running_job()
         if job:
             row = layout.row(align=True)
             row.progress(factor=job.progress, text=job.text)
             row.operator("prt.cancel", text="", icon="X")
+            draw_text(context, layout.column(align=True), "The settings rest until it has ended.", "INFO")
         else:
             button = layout.column()
             button.scale_y = 1.6
             button.operator("prt.bake", icon="RENDER_STILL")
         if not raycast.is_available():
-            box = layout.box().column()
-            box.label(text="The ray caster is missing.", icon="ERROR")
-            for line in (
-                "Unshadowed transport, light",
-                "and shading work. For shadows,",
-                "install your platform's zip.",
-            ):
-                box.label(text=line)
+            box = layout.box().column(align=True)
+            draw_text(context, box, "The ray caster is missing.", "ERROR")
+            draw_text(context, box, "Unshadowed transport, light and shading work.", "BLANK1")
+            draw_text(context, box, "For shadows, install your platform's zip.", "BLANK1")
 
 
 class PRT_PT_settings(Tab, bpy.types.Panel):

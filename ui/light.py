@@ -7,7 +7,7 @@ import bpy
 
 from ..prt_addon.scene import light
 from ..prt_addon.scene.light_state import light_state
-from .tab import Tab, wrapped
+from .tab import Tab, draw_text
 
 
 class PRT_PT_light(Tab, bpy.types.Panel):
@@ -22,9 +22,7 @@ class PRT_PT_light(Tab, bpy.types.Panel):
         layout.use_property_split = True
         world, settings = context.scene.world, context.scene.prt
         state = light_state(world)
-        column = layout.column(align=True)
-        for number, line in enumerate(wrapped(context, state.text)):
-            column.label(text=line, icon="BLANK1" if number else "ERROR" if state.stale else "WORLD")
+        draw_text(context, layout.column(align=True), state.text, "ERROR" if state.stale else "WORLD")
         layout.operator("prt.project_light", icon="WORLD")
         layout.prop(settings, "auto_light")
         layout.prop(settings, "window")

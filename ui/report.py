@@ -10,7 +10,7 @@ import bpy
 from ..operators.report import PART_ITEMS, advice_lines
 from ..prt_addon.core.report.measures import percent
 from ..prt_addon.scene import report
-from .tab import Tab, wrapped
+from .tab import Tab, draw_text
 
 _SURFACE = (("total", "Whole error"), *((item[0].lower(), item[1]) for item in PART_ITEMS[:3]))
 
@@ -30,25 +30,24 @@ class PRT_PT_report(Tab, bpy.types.Panel):
         column.operator("prt.report", text="With Heat Map", icon="SHADING_RENDERED").heat_map = True
         document = report.last_report(context.scene)
         if document:
-            _draw_numbers(self.layout.column(align=True), document)
+            _draw_numbers(context, self.layout.column(align=True), document)
             _draw_advice(context, self.layout.column(align=True), document)
 
 
-def _draw_numbers(column: bpy.types.UILayout, document: dict[str, Any]) -> None:
+def _draw_numbers(context: bpy.types.Context, column: bpy.types.UILayout, document: dict[str, Any]) -> None:
     """The headline of each part, with its interval."""
     for part, name in _SURFACE:
         if part in document.get("all", {}):
-            column.label(text=f"{name}: {_interval(document['all'][part]['relative_rms'])}")
+            draw_text(context, column, f"{name}: {_interval(document['all'][part]['relative_rms'])}", "DOT")
     if "end_to_end" in document:
         found = document["end_to_end"]
         flip = "" if found["flip"] is None else f", FLIP {found['flip']:.3f}"
-        column.label(text=f"End to end: {_interval(found['relative_rms'])}{flip}")
+        draw_text(context, column, f"End to end: {_interval(found['relative_rms'])}{flip}", "DOT")
 
 
 def _draw_advice(context: bpy.types.Context, column: bpy.types.UILayout, document: dict[str, Any]) -> None:
     for sentence in [*document.get("stale", []), *advice_lines(document)]:
-        for number, line in enumerate(wrapped(context, sentence)):
-            column.label(text=line, icon="BLANK1" if number else "RIGHTARROW_THIN")
+        draw_text(context, column, sentence, "RIGHTARROW_THIN")
 
 
 def _interval(number: dict[str, float | None]) -> str:

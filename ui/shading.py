@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 
 from ..prt_addon.scene import freshness
-from .tab import Tab, wrapped
+from .tab import Tab, draw_text
 
 
 class PRT_PT_shading(Tab, bpy.types.Panel):
@@ -42,11 +42,9 @@ def _draw_freshness(context: bpy.types.Context, column: bpy.types.UILayout, foun
     headline, *details = found.lines
     if found.state == "FRESH":
         headline = "fresh when last checked"
-    icon = _ICONS[found.state]
-    for sentence in (f"{found.name}: {headline}", *details):
-        for line in wrapped(context, sentence):
-            column.label(text=line, icon=icon)
-            icon = "BLANK1"
+    draw_text(context, column, f"{found.name}: {headline}", _ICONS[found.state])
+    for sentence in details:
+        draw_text(context, column, sentence, "BLANK1")
     column.operator("prt.check", text="Check", icon="VIEWZOOM")
 
 

@@ -9,7 +9,8 @@ import blf
 import bpy
 
 _FONT = 0  # Blender's own
-_MARGINS = 75.0  # of a label with an icon in a sub-panel, and the tabs beside it; in pixels at scale 1
+_MARGINS = 82.0  # of a label with an icon in a sub-panel, and the tabs beside it; in pixels at scale 1
+_FEWEST = 12  # letters in a line, however narrow the sidebar
 
 
 class Tab:
@@ -24,5 +25,17 @@ def wrapped(context: bpy.types.Context, text: str) -> list[str]:
     """A sentence as lines that fit beside an icon into the sidebar as wide as it is: labels do not wrap by themselves."""
     scale = context.preferences.system.ui_scale
     blf.size(_FONT, context.preferences.ui_styles[0].widget.points * scale)
-    width = blf.dimensions(_FONT, text)[0] / len(text)
-    return textwrap.wrap(text, max(12, int((context.region.width - _MARGINS * scale) / width)))
+    room = context.region.width - _MARGINS * scale
+    letters = int(room * len(text) / blf.dimensions(_FONT, text)[0])  # as many as fit on average, and then as do
+    for count in range(letters, _FEWEST, -1):
+        lines = textwrap.wrap(text, count)
+        if all(blf.dimensions(_FONT, line)[0] <= room for line in lines):
+            return lines
+    return textwrap.wrap(text, _FEWEST)
+
+
+def draw_text(context: bpy.types.Context, column: bpy.types.UILayout, text: str, icon: str) -> None:
+    """A sentence, wrapped beside its icon."""
+    for line in wrapped(context, text):
+        column.label(text=line, icon=icon)
+        icon = "BLANK1"

@@ -15,22 +15,24 @@ from pathlib import Path
 from desktop import Box, Display, Window, centre, difference
 
 HERE = Path(__file__).resolve().parent
-SCENE = HERE / "scene.blend"
+SCENE, BAKED, FULL = (HERE / f"{name}.blend" for name in ("scene", "baked", "full"))
 WITH, WITHOUT, NO_WHEELS = (HERE / name for name in ("with", "without", "no_wheels"))  # profiles
 BAKE = "import bpy; bpy.ops.prt.bake(samples=64); bpy.ops.wm.save_as_mainfile(filepath='{}')"
+F3 = "69"  # the key's code: by name, xdotool makes it a chord
 NO_WORLD = "import bpy; bpy.context.scene.world = None; bpy.ops.prt.bake(samples=64)"
 
 
 def main() -> None:
     """All of it, in the order of a person's first day."""
-    with Display(1280, 1100) as display:
+    with Display(1280, 1400) as display:
         install(WITH, next(HERE.glob("*linux_x64.zip")))
         blender(WITH, "-b", "--python", HERE / "scene.py", "--", SCENE)
         step("installed from the zip")
         batch()
         first_day(display)
-    legible("at_100_percent", 1.0, (1280, 1800))
-    legible("at_200_percent", 2.0, (1800, 3400))
+        disabled_while_baking(display)
+    legible("at_100_percent", 1.0, (1280, 2200))
+    legible("at_200_percent", 2.0, (1800, 4200))
     without_ray_caster()
     print("The application accepts it. Look at the pictures.")
 
@@ -64,19 +66,19 @@ def prefer(profile: Path, setting: str) -> None:
 
 def batch() -> None:
     """From the command line: success and failure to the shell, and a file that needs no extension afterwards."""
-    baked = HERE / "baked.blend"
-    blender(WITH, "-b", SCENE, "--python-exit-code", "1", "--python-expr", BAKE.format(baked))
+    blender(WITH, "-b", SCENE, "--python-exit-code", "1", "--python-expr", BAKE.format(BAKED))
     said = blender(WITH, "-b", SCENE, "--python-exit-code", "1", "--python-expr", NO_WORLD, status=1)
     assert "world" in said, said
     step("batch bake: exits with 0 on success, with 1 and a sentence on failure")
-    said = blender(WITH, "-b", baked, "--python", HERE / "frames.py", "--", HERE / "batch_with")
+    said = blender(WITH, "-b", BAKED, "--python", HERE / "frames.py", "--", HERE / "batch_with")
     assert "relit by the extension" in said, said
-    said = blender(WITHOUT, "-b", baked, "--python", HERE / "frames.py", "--", HERE / "batch_without")
+    said = blender(WITHOUT, "-b", BAKED, "--python", HERE / "frames.py", "--", HERE / "batch_without")
     assert "relit without the extension" in said, said
     for degrees in (0, 90):
         assert difference(HERE / f"batch_with_{degrees}.png", HERE / f"batch_without_{degrees}.png") < 1e-3
     assert difference(HERE / "batch_without_0.png", HERE / "batch_without_90.png") > 0.02
     step("the baked file turns and renders alike in a Blender without the extension")
+    blender(WITH, "-b", BAKED, "--python-exit-code", "1", "--python", HERE / "full.py", "--", FULL)
 
 
 def first_day(display: Display) -> None:
@@ -86,9 +88,9 @@ def first_day(display: Display) -> None:
         open_tab(window)
         look_through_camera(window)
         window.screenshot("window_1_tab")
+        look_into_menu(window)
 
-        window.click_text("Bake PRT")
-        window.hover_view()
+        start_by_search(window)
         for share in (0.1, 0.3):
             window.wait(lambda now, share=share: (now["progress"] or 0.0) > share, "progress to move")
         window.screenshot("window_2_baking")
@@ -96,6 +98,7 @@ def first_day(display: Display) -> None:
         window.press("Escape")
         now = window.wait(lambda now: now["progress"] is None, "Esc to stop the bake")
         assert now["content"] == pristine, "a cancelled bake changed the file"
+        window.settle()
         window.screenshot("window_3_cancelled")
         step("Esc half way leaves everything as it was")
 
@@ -106,7 +109,7 @@ def first_day(display: Display) -> None:
         step("the button bakes, the progress moves")
 
         turn_by_slider(window)
-        window.wait(lambda now: abs(now["turn"][2]) > 0.1, "the slider to turn the world")
+        window.wait(lambda now: abs(now["turn"][2]) > 0.8, "the slider to turn the world")
         after = picture_of_view(window, "window_5_turned")
         turned = window.state["turn"]
         assert difference(before, after) > 0.02, "the viewport did not turn with the world"
@@ -116,11 +119,13 @@ def first_day(display: Display) -> None:
         window.wait(lambda now: now["turn"] != turned and now["baked"] == 2, "undo of the turn")
         window.press_at_rest("ctrl+z")
         window.wait(lambda now: now["content"] == pristine, "undo of the bake in one step")
+        window.settle()
         window.screenshot("window_6_undone")
         window.press_at_rest("ctrl+shift+z")
         window.wait(lambda now: now["content"] == baked, "redo of the bake")
         window.press_at_rest("ctrl+shift+z")
         window.wait(lambda now: now["turn"] == turned, "redo of the turn")
+        window.settle()
         window.screenshot("window_7_redone")
         step("undo and redo, a step each")
 
@@ -131,12 +136,12 @@ def first_day(display: Display) -> None:
 
     with Window(display, SCENE, WITH, HERE) as window:
         now = window.state
-        assert now["content"] == baked and now["turn"] == turned, "the file did not come back as it was saved"
+        assert now["content"] == baked, f"saved: {baked}\nreopened: {now['content']}"
+        assert now["turn"] == turned, f"saved with a turn of {turned}, reopened with {now['turn']}"
         if now["tab"] != "PRT":
             open_tab(window)
-        window.settle()
-        window.screenshot("window_8_reopened")
-        window.crop(drawn_panels(window), HERE / "panel.png")
+        render_view(window)  # Blender opens no file with it
+        portraits(window)
         window.click_text("Remove Everything")
         window.wait(lambda now: now["baked"] == 0, "removal")
         window.press_at_rest("ctrl+s")
@@ -152,15 +157,31 @@ def first_day(display: Display) -> None:
     step("saved, reopened, removed, saved and reopened")
 
 
+def disabled_while_baking(display: Display) -> None:
+    """Preferences take the extension away in the middle of a bake: it stops, and nothing of it is left."""
+    with Window(display, SCENE, WITH, HERE, HERE / "disable.py") as window:
+        pristine = window.state["content"]
+        open_tab(window)
+        window.click_text("Bake PRT")
+        window.wait(lambda now: not now["enabled"], "the extension to be disabled")
+        now = window.wait(lambda now: now["progress"] is None, "the bake to stop")
+        assert now["content"] == pristine, "a bake that was stopped by disabling changed the file"
+        window.settle()
+        window.screenshot("window_disabled")
+        said = [line.text for line in window.read(window.status_bar)]
+        assert not any("PRT" in line or "Bak" in line for line in said), f"left in the status bar: {said}"
+    no_traceback(window)
+    step("disabling during a bake stops it and leaves nothing behind")
+
+
 def legible(name: str, scale: float, size: tuple[int, int]) -> None:
     """All of the tab at the sidebar's default width, with every panel open: no word may be cut off."""
     prefer(WITH, f"view.ui_scale = {scale}")
-    with Display(*size) as display, Window(display, HERE / "baked.blend", WITH, HERE) as window:
+    with Display(*size) as display, Window(display, FULL, WITH, HERE) as window:
         open_tab(window)
         for panel in window.state["folded"]:
-            window.click_text(panel)
-            window.hover_view()
-            window.settle()  # the panels slide
+            unfold(window, panel)
+        window.find("Export GAMES202")  # at the very end: the window is tall enough
         window.screenshot(name)
         lines = [line.text for line in window.read(window.panels)]
         cut = [line for line in lines if re.search(r"\.\.|…", line)]  # how Blender shortens what does not fit
@@ -196,28 +217,80 @@ def open_tab(window: Window) -> None:
 
 
 def look_through_camera(window: Window) -> None:
-    """The camera's view, rendered: the pie menu of Z, and its item on top."""
-    for key in ("KP_0", "z", "8"):
+    """The camera's view, rendered."""
+    window.press("KP_0")
+    render_view(window)
+
+
+def render_view(window: Window) -> None:
+    """Rendered shading: the pie menu of Z, and its item on top."""
+    window.hover_view()
+    for key in ("z", "8"):
         window.press(key)
     window.settle()
 
 
+def look_into_menu(window: Window) -> None:
+    """Object > PRT opens, and offers all operators."""
+    window.click_text("Object", window.state["header"], last=True)
+    window.click_text("PRT", window.free_view, last=True)
+    window.find("Export GAMES202", window.free_view)
+    window.screenshot("window_1_menu")
+    for _ in range(2):
+        window.press("Escape")
+
+
+def start_by_search(window: Window) -> None:
+    """F3, the operator's name, and Enter."""
+    window.press_at_rest(F3)
+    window.write("Bake PRT")
+    window.find("Bake PRT", window.free_view, last=True)
+    window.screenshot("window_1_search")
+    window.press("Return")
+    window.hover_view()
+
+
 def turn_by_slider(window: Window) -> None:
-    """Pull the field of the rotation about Z, two rows below the one that is called Rotation."""
+    """Pull the field of the rotation about Z, two rows below the one that is called Rotation, far past the screen's edge."""
     left, _, width, _ = window.panels
     _, y = centre(window.find("Rotation"))
-    window.drag(left + int(width * 0.6), y + round(2 * window.state["row"]), 350)
+    window.drag(left + int(width * 0.6), y + round(2 * window.state["row"]), 2400)
 
 
 def picture_of_view(window: Window, name: str) -> Path:
-    """The middle of the 3D View at rest; the whole screen is kept."""
+    """The middle of the 3D View at rest, where the head and its shadow are; the whole screen is kept."""
     left, top, width, height = window.state["view"]
     view = window.scratch / f"{name}.png"
     window.hover_view()
     window.settle()
-    window.crop((left + width // 4, top + height // 4, width // 2, height // 2), view)
+    window.crop((left + width * 7 // 16, top + height * 7 // 16, width // 8, height // 8), view)
     window.screenshot(name)
     return view
+
+
+def portraits(window: Window) -> None:
+    """The pictures of the pages: the window, and its panels after a bake, a check and a report."""
+    window.click_text("Check")
+    window.find("fresh when last checked")
+    window.hover_view()
+    window.settle()
+    window.screenshot("window_8_reopened")
+    unfold(window, "Preview")
+    window.crop(drawn_panels(window), HERE / "panel.png")
+    window.click_text("Preview")
+    unfold(window, "Report")
+    window.click_text("Report", last=True)
+    window.wait(lambda now: now["reported"], "the report")
+    window.hover_view()
+    window.settle()
+    window.crop(drawn_panels(window), HERE / "panel_report.png")
+
+
+def unfold(window: Window, panel: str) -> None:
+    """Click on a panel's name, and let it slide open."""
+    window.click_text(panel)
+    window.hover_view()
+    window.settle()
 
 
 def drawn_panels(window: Window) -> Box:

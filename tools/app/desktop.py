@@ -22,6 +22,7 @@ DISPLAY = ":7"
 LETTERS = 60  # pixels that a row of Blender's interface, 20 at scale 1, is enlarged to: OCR wants large letters
 WHITE = "70%,95%"  # levels of Blender's letters over a picture
 DEADLINE = 600.0  # seconds to wait for what must come
+_PULLS = 40  # steps in which the mouse is dragged
 PATIENCE = 5  # looks at the screen, a second apart, before what is not there is missed
 
 
@@ -35,6 +36,12 @@ class Line:
     @property
     def text(self) -> str:
         return " ".join(self.words)
+
+    def occurrences(self, wanted: list[str]) -> list[Box]:
+        """The boxes of some words in a row, in small letters."""
+        words, count = [plain(word) for word in self.words], len(wanted)
+        starts = [start for start in range(len(words) - count + 1) if words[start : start + count] == wanted]
+        return [around(self.boxes[start : start + count]) for start in starts]
 
 
 class Display:
@@ -58,8 +65,9 @@ class Display:
 class Window:
     """Blender's window, as large as the display, on a file and with a profile; ends with the `with`."""
 
-    def __init__(self, display: Display, blend: Path, profile: Path, pictures: Path) -> None:
+    def __init__(self, display: Display, blend: Path, profile: Path, pictures: Path, *scripts: Path) -> None:
         self.display, self.blend, self.profile, self.pictures = display, blend, profile, pictures
+        self.scripts = (Path(__file__).with_name("watch.py"), *scripts)  # that run inside
         self.scratch = Path("/tmp")
         self.log = pictures / "window.log"
         self._told = pictures / "state.json"
@@ -67,8 +75,8 @@ class Window:
     def __enter__(self) -> Window:
         self._told.unlink(missing_ok=True)
         width, height = map(str, self.display.size)
-        watch = Path(__file__).with_name("watch.py")
-        command = ["blender", "--window-geometry", "0", "0", width, height, self.blend, "--python", watch]
+        command = ["blender", "--window-geometry", "0", "0", width, height, self.blend]
+        command += [part for script in self.scripts for part in ("--python", script)]
         environment = os.environ | {"BLENDER_USER_RESOURCES": str(self.profile)}
         with self.log.open("w") as log:
             self._blender = subprocess.Popen(
@@ -112,6 +120,11 @@ class Window:
         shell("xdotool", "key", "--delay", 150, key)
         time.sleep(0.5)
 
+    def write(self, text: str) -> None:
+        """Type letter by letter, into what has the focus."""
+        shell("xdotool", "type", "--delay", 150, text)
+        time.sleep(1.0)
+
     def press_at_rest(self, key: str) -> None:
         """The same over the 3D View, once Blender has done what it was asked before: a busy one misses chords."""
         self.hover_view()
@@ -125,9 +138,9 @@ class Window:
         shell("xdotool", "click", 1)
         time.sleep(0.4)
 
-    def click_text(self, text: str) -> None:
-        """Click on words in the panels."""
-        self.click(*centre(self.find(text)))
+    def click_text(self, text: str, within: Box | None = None, last: bool = False) -> None:
+        """Click on words, as `find` finds them."""
+        self.click(*centre(self.find(text, within, last=last)))
 
     def click_tab(self, name: str) -> None:
         """Click on a tab of the sidebar: its name is written top down along the right edge."""
@@ -142,6 +155,19 @@ class Window:
         return left, top, width - self._tabs[2], height
 
     @property
+    def free_view(self) -> Box:
+        """The 3D View, less the sidebar."""
+        left, top, _, height = self.state["view"]
+        return left, top, self.state["sidebar"][0] - left, height
+
+    @property
+    def status_bar(self) -> Box:
+        """The bottom of the window."""
+        width, height = self.display.size
+        strip = round(1.3 * self.state["row"])
+        return 0, height - strip, width // 2, strip
+
+    @property
     def _tabs(self) -> Box:
         left, top, width, height = self.state["sidebar"]
         strip = round(1.3 * self.state["row"])
@@ -152,22 +178,23 @@ class Window:
         shell("xdotool", "mousemove", x, y)
         time.sleep(0.3)
         shell("xdotool", "mousedown", 1)
-        for _ in range(10):
-            shell("xdotool", "mousemove_relative", "--", right // 10, 0)
+        for _ in range(_PULLS):
+            shell("xdotool", "mousemove_relative", "--", right // _PULLS, 0)
             time.sleep(0.1)
         shell("xdotool", "mouseup", 1)
         time.sleep(0.5)
 
-    def find(self, text: str, within: Box | None = None, turned: bool = False) -> Box:
-        """The box of words that stand in one line, in the panels unless told otherwise; waits for them a while."""
+    def find(self, text: str, within: Box | None = None, turned: bool = False, last: bool = False) -> Box:
+        """The box of words that stand in one line, in the panels unless told otherwise; waits for them a while.
+
+        Where they stand more than once, the first in reading order, or the last.
+        """
         wanted = text.lower().split()
         for _ in range(PATIENCE):
             lines = self.read(within or self.panels, turned)
-            for line in lines:
-                words = [plain(word) for word in line.words]
-                for start in range(len(words) - len(wanted) + 1):
-                    if words[start : start + len(wanted)] == wanted:
-                        return around(line.boxes[start : start + len(wanted)])
+            found = [box for line in lines for box in line.occurrences(wanted)]
+            if found:
+                return (max if last else min)(found, key=lambda box: (box[1], box[0]))
             time.sleep(1.0)
         raise AssertionError(f"{text!r} is not to be seen among {[line.text for line in lines]}")
 
@@ -176,21 +203,11 @@ class Window:
 
         What is darker than the first level is taken for paper, what is lighter than the second for ink.
         """
-        seen, enlarged = self.scratch / "seen.png", self.scratch / "enlarged.png"
+        seen, enlarged = self.scratch / "seen.ppm", self.scratch / "enlarged.ppm"
         left, top, _, _ = box
         self.crop(box, seen)
         enlargement = max(1, round(LETTERS / self.state["row"]))
-        look = [
-            "-colorspace",
-            "Gray",
-            "-filter",
-            "Lanczos",
-            "-resize",
-            f"{enlargement}00%",
-            "-level",
-            "30%,70%",
-            "-negate",
-        ]
+        look = f"-colorspace Gray -filter Lanczos -resize {enlargement}00% -level {levels} -negate".split()
         shell("convert", seen, *(["-rotate", "-90"] if turned else []), *look, enlarged)
         table = shell("tesseract", enlarged, "-", "--psm", "11", "-c", "tessedit_create_tsv=1")
         lines: dict[tuple[str, ...], Line] = {}
@@ -205,9 +222,9 @@ class Window:
 
     def settle(self) -> None:
         """Wait until nothing moves on the screen and the 3D View no longer says, in its corner, that it compiles."""
-        left, top, width, height = self.state["view"]
-        corner = left, top, width // 2, height // 3
-        before, after = self.scratch / "before.png", self.scratch / "after.png"
+        left, top, width, _ = self.state["view"]
+        corner = left, top, width // 3, round(7 * self.state["row"])
+        before, after = self.scratch / "before.ppm", self.scratch / "after.ppm"
         everything = 0, 0, *self.display.size
 
         def settled() -> bool:

@@ -30,7 +30,7 @@ def build():
     tree = scene.world.node_tree
     texture = tree.nodes.new("ShaderNodeTexEnvironment")
     folder = Path(bpy.utils.system_resource("DATAFILES", path="studiolights/world"))
-    texture.image = bpy.data.images.load(str(folder / "forest.exr"))
+    texture.image = bpy.data.images.load(str(folder / "courtyard.exr"))
     tree.links.new(texture.outputs["Color"], tree.nodes["Background"].inputs["Color"])
     scene.render.resolution_x, scene.render.resolution_y = 320, 240
     scene.eevee.taa_render_samples = scene.eevee.taa_samples = 1

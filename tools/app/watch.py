@@ -28,14 +28,17 @@ def state():
     return {
         "time": time.time(),
         "file": bpy.data.filepath,
+        "enabled": hasattr(bpy.types.Scene, "prt"),
         "saved": not bpy.data.is_dirty,
         "view": box(regions["WINDOW"], window),
+        "header": box(regions["HEADER"], window),
         "sidebar": box(sidebar, window) if sidebar.width > 1 else None,
         "tab": sidebar.active_panel_category if sidebar.width > 1 else None,
         "folded": [panel.bl_label for panel in panels() if "DEFAULT_CLOSED" in getattr(panel, "bl_options", ())],
         "row": 20 * bpy.context.preferences.system.ui_scale,
         "progress": job.progress if job else None,
         "baked": sum("_PRT_8" in mesh.attributes for mesh in bpy.data.meshes),
+        "reported": "prt_report" in bpy.context.scene,
         "content": content(),
         "turn": list(mapping[0].inputs["Rotation"].default_value) if mapping else None,
     }
@@ -52,18 +55,22 @@ def box(region, window):
 
 
 def content():
-    """A digest of all that a bake may touch: meshes and their attributes, materials' nodes, the world's properties."""
-    digest = hashlib.sha256()
+    """All that a bake may touch, a line each: meshes and their attributes, materials' nodes, the world's properties.
+
+    Not Blender's own attributes, which begin with a dot: selections and the like come and go.
+    """
+    lines = []
     for mesh in bpy.data.meshes:
         points = np.empty(len(mesh.vertices) * 3, dtype=np.float32)
         mesh.vertices.foreach_get("co", points)
-        digest.update(points.tobytes())
-        digest.update(repr([mesh.name, sorted(mesh.attributes.keys()), sorted(mesh.keys())]).encode())
+        shape = hashlib.sha256(points.tobytes()).hexdigest()[:16]
+        attributes = sorted(layer.name for layer in mesh.attributes if not layer.name.startswith("."))
+        lines.append(f"{mesh.name}: {shape}, {attributes}, {sorted(mesh.keys())}")
     for material in bpy.data.materials:
-        digest.update(repr([material.name, sorted(material.node_tree.nodes.keys())]).encode())
+        lines.append(f"{material.name}: {sorted(material.node_tree.nodes.keys())}")
     for world in bpy.data.worlds:
-        digest.update(repr([world.name, sorted(world.keys()), sorted(world.node_tree.nodes.keys())]).encode())
-    return digest.hexdigest()
+        lines.append(f"{world.name}: {sorted(world.keys())}, {sorted(world.node_tree.nodes.keys())}")
+    return lines
 
 
 def tell(path):
