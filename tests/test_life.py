@@ -129,9 +129,11 @@ def test_deleting(blender, scene, part, stage, ball):
     assert blender.ops.prt.remove() == {"FINISHED"}
     assert not part("scene.light").has_light(scene.world), "nothing that is shown is baked any more"
     blender.ops.object.delete()
-    for call in (blender.ops.prt.bake, blender.ops.prt.check, blender.ops.prt.remove, blender.ops.prt.add_shading):
+    for call in (blender.ops.prt.bake, blender.ops.prt.check, blender.ops.prt.add_shading):
         with pytest.raises(RuntimeError, match="no mesh to bake"):
             call()
+    blender.ops.prt.project_light()
+    assert blender.ops.prt.remove() == {"FINISHED"} and not part("scene.light").has_light(scene.world)
 
 
 def test_joining(blender, stage, ball, states):
