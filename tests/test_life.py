@@ -129,9 +129,11 @@ def test_deleting(blender, scene, part, stage, ball):
     assert blender.ops.prt.remove() == {"FINISHED"}
     assert not part("scene.light").has_light(scene.world), "nothing that is shown is baked any more"
     blender.ops.object.delete()
-    for call in (blender.ops.prt.bake, blender.ops.prt.check, blender.ops.prt.remove, blender.ops.prt.add_shading):
+    for call in (blender.ops.prt.bake, blender.ops.prt.check, blender.ops.prt.add_shading):
         with pytest.raises(RuntimeError, match="no mesh to bake"):
             call()
+    blender.ops.prt.project_light()
+    assert blender.ops.prt.remove() == {"FINISHED"} and not part("scene.light").has_light(scene.world)
 
 
 def test_joining(blender, stage, ball, states):
@@ -203,6 +205,24 @@ def test_two_scenes_with_worlds_of_their_own(blender, part, scene, stage, ball, 
     assert blender.context.scene != scene and ball.name in blender.context.scene.objects
     np.testing.assert_allclose(frames["second"], 3.0 * frames["first"], rtol=2e-3)
     assert frames["first"].min() > 0.0
+
+
+def test_the_window_shows_another_scene_when_a_bake_ends(blender, part, scene, stage, ball):
+    """What was read is written where it was read: objects, light and all."""
+    inputs, whole_bake = part("core.inputs"), part("scene.whole_bake")
+    settings = inputs.BakeSettings(mode="UNSHADOWED")
+    ball.modifiers.new("Finer", "SUBSURF")
+    allowed = part("scene.prepare").Preparation(apply_modifiers=True)
+    whole = whole_bake.WholeBake(blender.context, settings, allowed, part("scene.projection").Windowing(), True)
+    results = part("core.bake").bake_all(whole.plan.groups, whole.plan.occluders, settings)
+    blender.ops.scene.new(type="NEW")
+    other = blender.context.scene
+    other.world = blender.data.worlds.new("Other")
+    assert other != scene
+    whole.write(blender.context, results)
+    assert blender.context.scene == other and not part("scene.light").has_light(other.world)
+    assert part("scene.light").has_light(scene.world) and part("scene.transport_layers").is_baked(ball.data)
+    assert not ball.modifiers and len(ball.data.vertices) == len(results[0])
 
 
 def test_loading_another_file(blender, part, scene, ball, tmp_path):

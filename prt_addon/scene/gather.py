@@ -18,6 +18,7 @@ from .albedo import SurfaceAlbedo, read_albedo
 from .cycles_colour import remember_instances
 from .meshes import ObjectReceivers, Surface, own_axes, read_receivers, read_surface
 from .prepare import NOTHING, Preparation, check_bakeable
+from .probe import is_probe
 from .record import Crowd, Evidence, Identity, identity
 
 SURFACE_TYPES = {"MESH", "CURVE", "SURFACE", "FONT", "META", "CURVES"}
@@ -78,12 +79,15 @@ def selected_meshes(context: bpy.types.Context) -> list[bpy.types.Object]:
 
 
 def objects_to_bake(context: bpy.types.Context) -> list[bpy.types.Object]:
-    """The selected meshes, or all meshes visible to render if none is selected; sorted by name.
+    """The selected meshes, or all meshes visible to render if none is selected; sorted by name. Light probes are none.
 
     Raises:
         MeshError: if there is none.
     """
-    chosen = selected_meshes(context) or [ob for ob in renderable_objects(context.view_layer) if ob.type == "MESH"]
+    chosen = [ob for ob in selected_meshes(context) if not is_probe(ob.data)]
+    if not chosen:
+        shown = renderable_objects(context.view_layer)
+        chosen = [ob for ob in shown if ob.type == "MESH" and not is_probe(ob.data)]
     if not chosen:
         raise MeshError(f"Scene '{context.scene.name}' has no mesh to bake: select one, or make one visible to render.")
     return sorted(chosen, key=lambda ob: ob.name_full)

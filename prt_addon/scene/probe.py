@@ -3,7 +3,7 @@
 
 It is a mesh like any baked one, except that its transport is the basis itself instead of its integral over what a
 surface sees: it turns with the world and goes with a saved file by the same means. It is hidden in renders, so that it
-shadows nothing and is not baked.
+shadows nothing; bakes and reports pass it over even if it is selected.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _MARK = "prt_probe"
 def ensure_probe(scene: bpy.types.Scene) -> bpy.types.Object:
     """The scene's probe, made if there is none, at the 3D cursor."""
     probe = next((ob for ob in scene.objects if is_probe(ob.data)), None) or _made(scene)
-    _write_basis(probe.data)  # a bake may have replaced it
+    _write_basis(probe.data)  # whatever was written there meanwhile
     probe.location = scene.cursor.location
     return probe
 

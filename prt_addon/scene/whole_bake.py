@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import bpy
 import numpy as np
@@ -61,6 +62,7 @@ class WholeBake:
         self.settings = settings
         self._allowed, self._with_shading = allowed, with_shading
         self._names = [ob.name_full for ob in objects]
+        self._place = context.scene.name, context.view_layer.name
 
     @property
     def summary(self) -> str:
@@ -82,14 +84,29 @@ class WholeBake:
     def write(self, context: bpy.types.Context, results: Sequence[npt.NDArray[np.float32]]) -> list[tuple[str, str]]:
         """Write the transport of all groups of the plan, and light and shading if asked for.
 
+        Into the scene that was read, whichever the window shows by now.
+
         Returns:
             Sentences for the person, each with its kind: WARNING or INFO.
 
         Raises:
             PRTError: before anything is written, if the scene is no longer what was read.
         """
-        objects = [_still_there(name) for name in self._names]
-        here = sky.read_sky(context.scene) if self._light else None  # refuses before writing
+        scene_name, layer_name = self._place
+        scene = _still_there(bpy.data.scenes, "Scene", scene_name)
+        layer = _still_there(scene.view_layers, "View layer", layer_name)
+        if context.scene == scene and context.view_layer == layer:
+            return self._write(context, results)
+        with context.temp_override(scene=scene, view_layer=layer):
+            return self._write(context, results)
+
+    def _write(self, context: bpy.types.Context, results: Sequence[npt.NDArray[np.float32]]) -> list[tuple[str, str]]:
+        objects = [_still_there(bpy.data.objects, "Object", name) for name in self._names]
+        here = sky.read_sky(context.scene) if self._light else None  # refuses before writing, as all that follows
+        if here:
+            light.check_world(here.world)
+        if self._with_shading:
+            shading.check_materials(objects)
         with object_mode(context):
             with prepare.own_meshes(context, objects, self._allowed) as own:
                 for ob, receivers in zip(objects, self.plan.receivers, strict=True):
@@ -115,8 +132,8 @@ class WholeBake:
         return [*(("WARNING", warning) for warning in warnings), *(("INFO", note) for note in notes)]
 
 
-def _still_there(name: str) -> bpy.types.Object:
-    ob = bpy.data.objects.get(name)
-    if ob is None:
-        raise MeshError(f"Object '{name}' was removed or renamed during the bake; nothing was changed.")
-    return ob
+def _still_there(collection: Any, kind: str, name: str) -> Any:
+    found = collection.get(name)
+    if found is None:
+        raise MeshError(f"{kind} '{name}' was removed or renamed during the bake; nothing was changed.")
+    return found

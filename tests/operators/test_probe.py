@@ -112,7 +112,7 @@ def test_probe_in_eevee(blender, part, scene, stage, sky, tmp_path):
         assert np.abs(seen - wanted)[inside].max() < 0.01 * wanted.max()
 
 
-def test_one_probe_at_the_cursor(blender, part, scene, stage, sky):
+def test_one_probe_at_the_cursor(blender, part, scene, stage, sky, tmp_path):
     """Asked for again, it comes to the 3D cursor; a bake of everything leaves it alone, and Remove takes it away."""
     for place in ((0, 0, 0), (1, 2, 3)):
         scene.cursor.location = place
@@ -124,10 +124,14 @@ def test_one_probe_at_the_cursor(blender, part, scene, stage, sky):
     blender.ops.prt.bake(mode="SHADOWED", samples=16)
     assert np.array_equal(layers.read(probe), before) and layers.is_baked(cube.data)
     scene.objects["PRT Light Probe"].select_set(True)
-    blender.ops.prt.bake(mode="UNSHADOWED")  # of the probe itself, by mistake
-    assert not np.array_equal(layers.read(probe), before)
-    blender.ops.prt.show_light(kind="PROBE")
-    assert np.array_equal(layers.read(probe), before)
+    for chosen in ([], [cube]):  # beside the probe, as after Select All
+        for ob in chosen:
+            ob.select_set(True)
+        blender.ops.prt.bake(mode="UNSHADOWED")
+        assert np.array_equal(layers.read(probe), before)
+        assert cube.data["prt_bake"]["mode"] == "UNSHADOWED"
+        blender.ops.prt.report(points=16, samples=16, filepath=str(tmp_path / "report.json"))
+    cube.select_set(False)
     scene.objects["PRT Light Probe"].select_set(False)
     blender.ops.prt.remove()
     assert scene.objects[:] == [cube] and "PRT Light Probe" not in blender.data.materials
