@@ -31,8 +31,8 @@ def main() -> None:
         batch()
         first_day(display)
         disabled_while_baking(display)
-    legible("at_100_percent", 1.0, (1280, 2200))
-    legible("at_200_percent", 2.0, (1800, 4200))
+    legible("at_100_percent", 1.0, (1280, 2400))
+    legible("at_200_percent", 2.0, (1800, 4700))
     without_ray_caster()
     print("The application accepts it. Look at the pictures.")
 
