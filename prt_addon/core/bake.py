@@ -132,6 +132,8 @@ def bake(
     Raises:
         MeshError: coordinates that are not finite, or nothing to cast rays at.
         RayCasterMissing: the mode casts rays and embreex is not installed.
+        NoRoom: hits exceed `run.memory`, and the temporary folder cannot hold the rest.
+        OSError: the folder of `run.pieces` cannot be written.
         Cancelled: if the workers' progress raised it.
     """
     if settings.mode == "INTERREFLECTED":

@@ -39,11 +39,6 @@ class Estimate:
         """Whether there was anything to measure."""
         return isfinite(self.value)
 
-    @property
-    def text(self) -> str:
-        """For a person: `3.1 %`."""
-        return percent(self.value)
-
 
 UNKNOWN = Estimate(nan, nan, nan)
 
