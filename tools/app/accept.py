@@ -211,6 +211,7 @@ def open_tab(window: Window) -> None:
     if not window.state["sidebar"]:
         window.press("n")
         window.wait(lambda now: now["sidebar"], "the sidebar")
+        window.settle()
     window.click_tab("PRT")
     window.wait(lambda now: now["tab"] == "PRT", "the tab")
     window.hover_view()

@@ -23,7 +23,7 @@ LETTERS = 60  # pixels that a row of Blender's interface, 20 at scale 1, is enla
 WHITE = "70%,95%"  # levels of Blender's letters over a picture
 DEADLINE = 600.0  # seconds to wait for what must come
 _PULLS = 10  # steps in which the mouse is dragged
-PATIENCE = 5  # looks at the screen, a second apart, before what is not there is missed
+PATIENCE = 20  # looks at the screen, a second apart, before what is not there is missed
 
 
 @dataclass(frozen=True)
