@@ -109,7 +109,7 @@ def first_day(display: Display) -> None:
         step("the button bakes, the progress moves")
 
         turn_by_slider(window)
-        window.wait(lambda now: abs(now["turn"][2]) > 0.8, "the slider to turn the world")
+        window.wait(lambda now: abs(now["turn"][2]) > 0.1, "the slider to turn the world")
         after = picture_of_view(window, "window_5_turned")
         turned = window.state["turn"]
         assert difference(before, after) > 0.02, "the viewport did not turn with the world"
@@ -211,6 +211,7 @@ def open_tab(window: Window) -> None:
     if not window.state["sidebar"]:
         window.press("n")
         window.wait(lambda now: now["sidebar"], "the sidebar")
+        window.settle()
     window.click_tab("PRT")
     window.wait(lambda now: now["tab"] == "PRT", "the tab")
     window.hover_view()
@@ -251,19 +252,19 @@ def start_by_search(window: Window) -> None:
 
 
 def turn_by_slider(window: Window) -> None:
-    """Pull the field of the rotation about Z, two rows below the one that is called Rotation, far past the screen's edge."""
+    """Pull the field of the rotation about Z, two rows below the one that is called Rotation."""
     left, _, width, _ = window.panels
     _, y = centre(window.find("Rotation"))
-    window.drag(left + int(width * 0.6), y + round(2 * window.state["row"]), 2400)
+    window.drag(left + int(width * 0.6), y + round(2 * window.state["row"]), 350)
 
 
 def picture_of_view(window: Window, name: str) -> Path:
-    """The middle of the 3D View at rest, where the head and its shadow are; the whole screen is kept."""
+    """The middle of the 3D View at rest; the whole screen is kept."""
     left, top, width, height = window.state["view"]
     view = window.scratch / f"{name}.png"
     window.hover_view()
     window.settle()
-    window.crop((left + width * 7 // 16, top + height * 7 // 16, width // 8, height // 8), view)
+    window.crop((left + width // 4, top + height // 4, width // 2, height // 2), view)
     window.screenshot(name)
     return view
 

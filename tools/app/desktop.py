@@ -22,8 +22,8 @@ DISPLAY = ":7"
 LETTERS = 60  # pixels that a row of Blender's interface, 20 at scale 1, is enlarged to: OCR wants large letters
 WHITE = "70%,95%"  # levels of Blender's letters over a picture
 DEADLINE = 600.0  # seconds to wait for what must come
-_PULLS = 40  # steps in which the mouse is dragged
-PATIENCE = 5  # looks at the screen, a second apart, before what is not there is missed
+_PULLS = 10  # steps in which the mouse is dragged
+PATIENCE = 20  # looks at the screen, a second apart, before what is not there is missed
 
 
 @dataclass(frozen=True)
@@ -171,7 +171,7 @@ class Window:
     def _tabs(self) -> Box:
         left, top, width, height = self.state["sidebar"]
         strip = round(1.3 * self.state["row"])
-        return left + width - strip, top, strip, height
+        return left + width - strip, top, strip, min(height, 24 * strip)  # OCR finds little in much emptiness
 
     def drag(self, x: int, y: int, right: int) -> None:
         """Press there, pull to the right by as many pixels, and let go."""
