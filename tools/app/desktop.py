@@ -18,7 +18,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 Box = tuple[int, int, int, int]  # left, top, width, height in pixels, y down
-DISPLAY = ":7"
 LETTERS = 60  # pixels that a row of Blender's interface, 20 at scale 1, is enlarged to: OCR wants large letters
 WHITE = "70%,95%"  # levels of Blender's letters over a picture
 DEADLINE = 600.0  # seconds to wait for what must come
@@ -51,10 +50,13 @@ class Display:
         self.size = (width, height)
 
     def __enter__(self) -> Display:
-        command = ["Xvfb", DISPLAY, "-screen", "0", "{}x{}x24".format(*self.size), "-nolisten", "tcp"]
-        self._server = subprocess.Popen(command, stderr=subprocess.DEVNULL)
-        os.environ["DISPLAY"] = DISPLAY
-        wait_until(lambda: Path(f"/tmp/.X11-unix/X{DISPLAY[1:]}").exists(), "the display")
+        told, tell = os.pipe()  # Xvfb chooses a number that nobody uses, and says which
+        screen = ["-screen", "0", "{}x{}x24".format(*self.size), "-nolisten", "tcp", "-noreset"]
+        command = ["Xvfb", "-displayfd", str(tell), *screen]
+        self._server = subprocess.Popen(command, stderr=subprocess.DEVNULL, pass_fds=[tell])
+        os.close(tell)
+        with os.fdopen(told) as number:
+            os.environ["DISPLAY"] = f":{number.readline().strip()}"
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -82,7 +84,8 @@ class Window:
             self._blender = subprocess.Popen(
                 [*command, "--", self._told], env=environment, stdout=log, stderr=subprocess.STDOUT
             )
-        wait_until(self._told.exists, "Blender's window")
+        wait_until(lambda: self._told.exists() or self._blender.poll() is not None, "Blender's window")
+        assert self._blender.poll() is None, f"Blender did not start: {self.log.read_text()}"
         window = shell("xdotool", "search", "--onlyvisible", "--class", "blender").split()[-1]
         shell("xdotool", "windowfocus", window)  # no window manager does it
         self.hover_view()
