@@ -16,7 +16,16 @@ from pathlib import Path
 
 import demo_scene
 import headless
-from frames import relative_rms, render, render_linear, set_up_render, side_by_side, turning_rotation, use_cycles
+from frames import (
+    relative_rms,
+    render,
+    render_linear,
+    save_gif,
+    set_up_render,
+    side_by_side,
+    turning_rotation,
+    use_cycles,
+)
 from headless import bpy
 from PIL import Image
 from tqdm import tqdm
@@ -70,7 +79,7 @@ def run(blend: Path | None, output: Path) -> None:
     for number, path in enumerate(stills):
         Image.open(path).save(output / f"still_{360 * number // STILLS:03}.png")
     pictures = [Image.open(path).convert("RGB") for path in frames]
-    pictures[0].save(output / "turn.gif", save_all=True, append_images=pictures[1:], duration=83, loop=0)
+    save_gif(output / "turn.gif", pictures)
 
     rotation[2] = start
     print("Cycles, the same view path-traced ...", flush=True)

@@ -76,3 +76,8 @@ def side_by_side(pictures: list[Image.Image]) -> Image.Image:
     for number, picture in enumerate(pictures):
         row.paste(picture.convert("RGB"), (width * number, 0))
     return row
+
+
+def save_gif(path: Path, pictures: list[Image.Image]) -> None:
+    """Pictures of one size as a film without end, twelve a second."""
+    pictures[0].save(path, save_all=True, append_images=pictures[1:], duration=83, loop=0)

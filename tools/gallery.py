@@ -66,7 +66,7 @@ def publish_demo(made: Path, pictures: Path) -> None:
     for number in range(turn.n_frames):
         turn.seek(number)
         small.append(turn.convert("RGB").resize((TURN_WIDTH, TURN_WIDTH * 9 // 16), Image.Resampling.LANCZOS))
-    small[0].save(pictures / "turn.gif", save_all=True, append_images=small[1:], duration=83, loop=0)
+    frames.save_gif(pictures / "turn.gif", small)
 
 
 def publish_gallery(work: Path, output: Path) -> None:

@@ -83,6 +83,18 @@ def batch() -> None:
 
 def first_day(display: Display) -> None:
     """Open, bake, change one's mind, bake, turn, undo, redo, remove, save, reopen: by mouse and keys."""
+    baked, turned = bake_and_turn(display)
+    remove_what_was_saved(display, baked, turned)
+    with Window(display, SCENE, WITH, HERE) as window:
+        assert window.state["baked"] == 0
+        window.settle()
+        window.screenshot("window_9_removed_and_reopened")
+    no_traceback(window)
+    step("saved, reopened, removed, saved and reopened")
+
+
+def bake_and_turn(display: Display) -> tuple[object, object]:
+    """From an unbaked file to a baked, turned and saved one; its content and its turn."""
     with Window(display, SCENE, WITH, HERE) as window:
         pristine = window.state["content"]
         open_tab(window)
@@ -133,7 +145,11 @@ def first_day(display: Display) -> None:
         window.wait(lambda now: now["saved"], "the file to be saved")
         window.close()
     no_traceback(window)
+    return baked, turned
 
+
+def remove_what_was_saved(display: Display, baked: object, turned: object) -> None:
+    """Reopen the baked file, look at it, and save it without anything of ours."""
     with Window(display, SCENE, WITH, HERE) as window:
         now = window.state
         assert now["content"] == baked, f"saved: {baked}\nreopened: {now['content']}"
@@ -148,13 +164,6 @@ def first_day(display: Display) -> None:
         window.wait(lambda now: now["saved"], "the file to be saved")
         window.close()
     no_traceback(window)
-
-    with Window(display, SCENE, WITH, HERE) as window:
-        assert window.state["baked"] == 0
-        window.settle()
-        window.screenshot("window_9_removed_and_reopened")
-    no_traceback(window)
-    step("saved, reopened, removed, saved and reopened")
 
 
 def disabled_while_baking(display: Display) -> None:
