@@ -10,67 +10,46 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from .albedo import Albedo
-from .hits import ONE, HitStore, KeptHits, unpacked
+from .hits import ONE, HitStore, KeptHits, Packed, barycentrics, corners
 from .parallel import ALL_CORES, Workers
+from .sources import Sources
 from .spill import Spill, memory_of
 
 Float32 = npt.NDArray[np.float32]
 Int64 = npt.NDArray[np.int64]
-UInt32 = npt.NDArray[np.uint32]
-Bools = npt.NDArray[np.bool_]
 
-_RECEIVERS_AT_A_TIME = 1 << 10  # measured: fewer pay for the calls, more leave the cache
+THIN = 4
+"""A thin bounce reads one hit of so many."""
+
+_RECEIVERS_AT_A_TIME = 1 << 10
 _HITS_AT_A_TIME = 1 << 19  # bounds the memory of bakes with many samples
-_PLACES_AT_A_TIME = 32
+_RAYS_IN_CACHE = 1 << 12  # measured: fewer pay for the calls, of more what they return leaves the cache
 _COARSE_AT_A_TIME = 1 << 11
-_FINE = 0.03  # at 256 rays; see `Gather`
 _TRIANGLES_AT_A_TIME = 1 << 13
-_DULL = 6  # bits of a barycentric that play no part in a random choice
+_FINE = 0.03  # at 256 rays; see `Gather`
 
 
 @dataclass(frozen=True)
-class Sources:
-    """The distinct (receiver, colour) pairs at the corners of triangles: what a bounce reads from.
+class _Bounce:
+    """What one bounce reads.
 
-    Light is tinted here, once per pair and not once per hit, wherever a triangle has one colour.
-
-    receiver: (M,) int64.
-    tint: (M, C) float32; black where the corner shows no receiver.
-    corner: (T, 3) int32, the source at each corner.
+    lit: (M + 1, C * 9) what each source returns; the last one nothing.
+    standing: (3 T,) the source that stands for hits drawn to each corner; the last where the corners differ too much.
+    thinly: whether every fourth hit speaks for its neighbours.
+    rays: of each receiver, whose hits are read.
     """
 
-    receiver: Int64
-    tint: Float32
-    corner: npt.NDArray[np.int32]
-
-    @classmethod
-    def of(cls, albedo: Albedo, corner_receiver: npt.NDArray[np.integer[Any]], channels: int) -> Sources:
-        """Sources of all triangles; patterned ones are left white, since each hit brings its own colour."""
-        colours = albedo.colours[:, :channels].copy()
-        colours[albedo.is_patterned] = 1.0
-        colour = _row_ids(colours)
-        key = np.where(corner_receiver < 0, -1, corner_receiver * np.int64(colour.max() + 1) + colour[:, None])
-        _, example, inverse = np.unique(key, return_index=True, return_inverse=True)
-        receiver = corner_receiver.ravel()[example].astype(np.int64)
-        tint = np.where(receiver[:, None] < 0, np.float32(0.0), colours[example // 3])
-        return cls(np.maximum(receiver, 0), tint, inverse.reshape(-1, 3).astype(np.int32))
-
-    @property
-    def black(self) -> int:
-        """The number of a source that returns nothing."""
-        return len(self.receiver)
-
-    def lit(self, transport: Float32) -> Float32:
-        """(M + 1, C * 9) what each source returns of (N, C, 9)."""
-        lit = np.zeros((len(self.receiver) + 1, *transport.shape[1:]), dtype=np.float32)
-        np.multiply(transport[self.receiver], self.tint[:, :, None], out=lit[:-1])
-        return lit.reshape(len(lit), -1)
+    lit: Float32
+    standing: npt.NDArray[np.int32]
+    thinly: bool
+    rays: int
 
 
 @dataclass(frozen=True)
@@ -93,10 +72,10 @@ class Gather:
     """`gather(T)` is G T, made from the kept hits as it is needed: eight bytes a hit and nothing else.
 
     Most of the time goes into fetching what the three corners of each hit return. Where these differ by less than can
-    be seen, one of them stands for all, each as often as the hits lie towards it: a random choice by the barycentrics,
-    which returns the same light on average, and always the same energy. `_FINE` is the largest difference of a
-    coefficient that counts as none. The error that this adds is a small part of the noise that the rays have; as that falls
-    faster with their number than the error of a random choice, the limit falls with the fourth root.
+    be seen, one of them stands for all: the one that was drawn by the barycentrics, which returns the same light on
+    average, and always the same energy. `_FINE` is the largest difference of a coefficient that counts as none. The
+    error that this adds is a small part of the noise that the rays have; as that falls faster with their number than the
+    error of a random choice, the limit falls with the fourth root.
     """
 
     def __init__(
@@ -111,7 +90,7 @@ class Gather:
             hits: of M receivers, which need not be those that light bounces off.
             albedo: of the triangles that were hit.
             corner_receiver: (T, 3) the receiver at each corner of a triangle; one at -1 returns no light.
-            workers: who does it, now and in each bounce; told the receivers that a bounce has reached.
+            workers: who does it, now and in each bounce; told the rays whose hits a bounce has read.
         """
         store = HitStore.of(hits) if isinstance(hits, KeptHits) else hits
         self.channels = 1 if albedo.is_grey else 3
@@ -127,19 +106,19 @@ class Gather:
         """Memory that grows with the rays: the kept hits and the colours looked up for them."""
         return sum(piece.hits.nbytes + memory_of(piece.pattern_starts, piece.pattern_colours) for piece in self._pieces)
 
-    def __call__(self, transport: Float32) -> Float32:
-        """One bounce: (M, C, 9) float32 from (N, C, 9)."""
+    def __call__(self, transport: Float32, thinly: bool = False) -> Float32:
+        """One bounce: (M, C, 9) float32 from (N, C, 9); thinly in a quarter of the time, with more noise."""
         lit = self.sources.lit(transport)
-        is_fine = self._is_fine(lit)
+        bounce = _Bounce(lit, self._standing(lit), thinly, max(1, self._samples // (THIN if thinly else 1)))
         out = np.empty((self._receivers, lit.shape[1]), dtype=np.float32)
         for piece in self._pieces:
-            self._gather_piece(out[piece.receivers], piece, lit, is_fine)
+            self._gather_piece(out[piece.receivers], piece, bounce)
         out *= np.float32(1.0 / self._samples)
         return out.reshape(len(out), *transport.shape[1:])
 
-    def _is_fine(self, lit: Float32) -> Bools:
-        """(T,) whether the corners of each triangle return so much the same that any may stand for all."""
-        is_fine = np.empty(len(self.sources.corner), dtype=np.bool_)
+    def _standing(self, lit: Float32) -> npt.NDArray[np.int32]:
+        """(3 T,) sources; see `_Bounce`."""
+        standing = self.sources.corner.copy()
 
         def work(part: slice) -> int:
             a, b, c = (lit.take(corner, axis=0) for corner in self.sources.corner[part].T)
@@ -148,69 +127,63 @@ class Gather:
             np.minimum(a, b, out=a)
             np.minimum(a, c, out=a)
             highest -= a
-            is_fine[part] = highest.max(axis=1) < self._fine
+            standing[part][highest.max(axis=1) >= self._fine] = self.sources.black
             return 0
 
-        self._workers.run(len(is_fine), _TRIANGLES_AT_A_TIME, work)
-        return is_fine
+        self._workers.run(len(standing), _TRIANGLES_AT_A_TIME, work)
+        return standing.reshape(-1)
 
-    def _gather_piece(self, out: Float32, piece: _Piece, lit: Float32, is_fine: Bools) -> None:
+    def _gather_piece(self, out: Float32, piece: _Piece, bounce: _Bounce) -> None:
         def work(part: slice) -> int:
-            out[part] = self._gathered(piece, part, lit, is_fine)
-            return part.stop - part.start
+            out[part] = self._gathered(piece, part, bounce)
+            return bounce.rays * (part.stop - part.start)
 
         self._workers.run(len(out), self._chunk, work)
 
-    def _gathered(self, piece: _Piece, part: slice, lit: Float32, is_fine: Bools) -> Float32:
+    def _gathered(self, piece: _Piece, part: slice, bounce: _Bounce) -> Float32:
         """What some receivers of a piece get, times the samples."""
         starts = piece.hits.starts[part.start : part.stop + 1]
-        triangle, u, v = unpacked(piece.hits.packed[starts[0] : starts[-1]])
+        packed = piece.hits.packed[starts[0] : starts[-1]]
         starts = starts - starts[0]
         colours = piece.pattern_colours[piece.pattern_starts[part.start] : piece.pattern_starts[part.stop]]
-        tint = self._tint(triangle, colours) if len(colours) else None
-        source = self._chosen(triangle, u, v)
-        coarse = np.flatnonzero(~is_fine.take(triangle))
-        if not len(coarse):
-            return _sums(lit, source, starts, tint)
-        source[coarse] = self.sources.black
-        out = _sums(lit, source, starts, tint)
-        returned = self._interpolated(lit, triangle[coarse], u[coarse], v[coarse])
-        if tint is not None:
-            by_channel = returned.reshape(len(coarse), self.channels, -1)
-            by_channel *= tint[coarse, :, None]
-        coarse_starts = np.searchsorted(coarse, starts)
-        filled = np.flatnonzero(np.diff(coarse_starts))
-        out[filled] += np.add.reduceat(returned, coarse_starts[filled], axis=0)
+        tint = self._tint(packed, colours) if len(colours) else None
+        if not (bounce.thinly and len(packed)):
+            return self._summed(packed, tint, starts, bounce)
+        at, thin_starts = _every_fourth(packed, starts)
+        out = self._summed(packed[at], None if tint is None else tint[at], thin_starts, bounce)
+        out *= (np.diff(starts) / np.maximum(np.diff(thin_starts), 1)).astype(np.float32)[:, None]
         return out
 
-    def _interpolated(self, lit: Float32, triangle: UInt32, u: UInt32, v: UInt32) -> Float32:
-        """(H, C * 9) what hits return, between all three corners."""
-        returned = np.empty((len(triangle), lit.shape[1]), dtype=np.float32)
+    def _summed(self, packed: Packed, tint: Float32 | None, starts: Int64, bounce: _Bounce) -> Float32:
+        """(n, C * 9) sums over the hits of each receiver."""
+        lit = bounce.lit
+        source = bounce.standing.take(corners(packed)).astype(np.intp)
+        out = _sums(lit, source, starts, tint, max(1, _RAYS_IN_CACHE // bounce.rays))
+        coarse = np.flatnonzero(source == self.sources.black)
+        if len(coarse):
+            returned = self._interpolated(lit, packed[coarse])
+            _tinted(returned, None if tint is None else tint[coarse])
+            coarse_starts = np.searchsorted(coarse, starts)
+            filled = np.flatnonzero(np.diff(coarse_starts))
+            out[filled] += np.add.reduceat(returned, coarse_starts[filled], axis=0)
+        return out
+
+    def _interpolated(self, lit: Float32, packed: Packed) -> Float32:
+        """(H, C * 9) what hits return, between all three corners of their triangles."""
+        u, v = barycentrics(packed)
         shares = np.stack([ONE - u - v, u, v], axis=1).astype(np.float32) / np.float32(ONE)
-        for first in range(0, len(triangle), _COARSE_AT_A_TIME):
+        sources = self.sources.corner.take(corners(packed) // 3, axis=0)
+        returned = np.empty((len(packed), lit.shape[1]), dtype=np.float32)
+        for first in range(0, len(packed), _COARSE_AT_A_TIME):
             part = slice(first, first + _COARSE_AT_A_TIME)
-            corners = lit.take(self.sources.corner.take(triangle[part], axis=0), axis=0)
-            np.einsum("hk,hkc->hc", shares[part], corners, out=returned[part])
+            np.einsum("hk,hkc->hc", shares[part], lit.take(sources[part], axis=0), out=returned[part])
         return returned
 
-    def _tint(self, triangle: UInt32, colours: npt.NDArray[np.uint16]) -> Float32:
+    def _tint(self, packed: Packed, colours: npt.NDArray[np.uint16]) -> Float32:
         """(H, C) the colours that patterns give to hits on them; white elsewhere, where the sources are coloured."""
-        tint = np.ones((len(triangle), self.channels), dtype=np.float32)
-        tint[self._is_patterned.take(triangle)] = colours / np.float32(ONE)
+        tint = np.ones((len(packed), self.channels), dtype=np.float32)
+        tint[self._is_patterned.take(corners(packed) // 3)] = colours / np.float32(ONE)
         return tint
-
-    def _chosen(self, triangle: UInt32, u: UInt32, v: UInt32) -> npt.NDArray[np.intp]:
-        """(H,) a source for each hit: one of the corners, each with the probability of its barycentric.
-
-        The random number is made of the barycentrics themselves: it depends on nothing but the hit, and on no more of
-        their bits than it takes, so that the rounding of a ray seldom makes another choice.
-        """
-        number = (u >> _DULL << 16 | v >> _DULL) * np.uint32(0x9E3779B1) >> 16
-        not_first = number < u + v
-        corner = np.multiply(triangle, 3, dtype=np.intp)
-        corner += not_first
-        corner += not_first & (number >= u)
-        return self.sources.corner.reshape(-1).take(corner).astype(np.intp)
 
     def _looked_up(self, store: HitStore, albedo: Albedo) -> Iterator[_Piece]:
         stop, spill = 0, Spill(store.spill.left)
@@ -228,11 +201,12 @@ class Gather:
 
         def work(part: slice) -> int:
             here = hits.starts[part.start : part.stop + 1]
-            triangle, u, v = unpacked(hits.packed[here[0] : here[-1]])
+            packed = hits.packed[here[0] : here[-1]]
+            triangle = corners(packed) // 3
             patterned = self._is_patterned.take(triangle)
             count = np.concatenate([[0], np.cumsum(patterned)])
             starts[part.start + 1 : part.stop + 1] = np.diff(count[here - here[0]])
-            u_here, v_here = (np.divide(x[patterned], ONE, dtype=np.float32) for x in (u, v))
+            u_here, v_here = (np.divide(x, ONE, dtype=np.float32) for x in barycentrics(packed[patterned]))
             colour = albedo.at(triangle[patterned], u_here, v_here)
             chunks[part.start] = np.rint(colour[:, : self.channels] * np.float32(ONE)).astype(np.uint16)
             return 0
@@ -241,43 +215,50 @@ class Gather:
         return np.cumsum(starts), np.concatenate([chunks[first] for first in sorted(chunks)])
 
 
-def _sums(lit: Float32, source: npt.NDArray[np.intp], starts: Int64, weights: Float32 | None = None) -> Float32:
-    """(n, C * 9) sums over runs of sources: the first of all runs, then the second of all that have one, and so on.
-
-    So each receiver's sum is taken in the order of its own rays, whoever else is summed with it.
+def _sums(lit: Float32, source: Int64, starts: Int64, tint: Float32 | None, block: int) -> Float32:
+    """(n, C * 9) sums over what runs of sources return.
 
     Args:
         lit: (M, C * 9) what the sources return.
         source: (H,) which.
         starts: (n + 1,) where the run of each receiver starts.
-        weights: (H, C) of the channels; 1 if None.
+        tint: (H, C) what the channels are multiplied by; 1 if None.
+        block: receivers that are summed at a time, which changes no result.
     """
-    counts = np.diff(starts)
-    longest_first = np.argsort(-counts, kind="stable")
-    start = starts[:-1][longest_first]
-    longer = len(counts) - np.cumsum(np.bincount(counts, minlength=1))  # runs that have a first, a second, ...
-    sums = np.zeros((len(counts), lit.shape[1]), dtype=np.float32)
-    rows = np.empty_like(sums)
-    for first in range(0, len(longer) - 1, _PLACES_AT_A_TIME):
-        places = np.arange(first, min(first + _PLACES_AT_A_TIME, len(longer) - 1))
-        at = places[:, None] + start  # past the end of a run there are others' sources, which are left out below
-        sources = source.take(at, mode="clip")
-        for place, runs in enumerate(longer[places]):
-            part = rows[:runs]
-            lit.take(sources[place, :runs], axis=0, out=part, mode="clip")
-            if weights is not None:
-                by_channel = part.reshape(runs, weights.shape[1], -1)
-                by_channel *= weights.take(at[place, :runs], axis=0)[:, :, None]
-            sums[:runs] += part
-    out = np.empty_like(sums)
-    out[longest_first] = sums
+    filled = np.flatnonzero(np.diff(starts))  # `reduceat` knows no empty runs
+    begins = starts[filled]
+    bounds = np.append(begins[::block], len(source))
+    begins -= np.repeat(bounds[:-1], block)[: len(begins)]
+    rows = np.empty((np.diff(bounds).max(initial=0), lit.shape[1]), dtype=np.float32)
+    sums = np.empty((len(filled), lit.shape[1]), dtype=np.float32)
+    for first, (begin, end) in zip(range(0, len(filled), block), pairwise(bounds.tolist()), strict=True):
+        returned = rows[: end - begin]
+        lit.take(source[begin:end], axis=0, out=returned, mode="clip")
+        _tinted(returned, None if tint is None else tint[begin:end])
+        np.add.reduceat(returned, begins[first : first + block], axis=0, out=sums[first : first + block])
+    out = np.zeros((len(starts) - 1, lit.shape[1]), dtype=np.float32)
+    out[filled] = sums
     return out
 
 
-def _row_ids(rows: Float32) -> Int64:
-    """(T,) a number for each row (T, C), the same for equal rows."""
-    ids = np.zeros(len(rows), dtype=np.int64)
-    for column in rows.T:
-        values = np.unique(column, return_inverse=True)[1]
-        ids = np.unique(ids * (values.max() + 1) + values, return_inverse=True)[1]
-    return ids
+def _every_fourth(packed: Packed, starts: Int64) -> tuple[Int64, Int64]:
+    """Where about every fourth hit of each run lies, (h,), and where those of each start, (n + 1,); one of short runs.
+
+    Evenly spaced, from a random first that is made of the hits themselves. They follow a Fibonacci spiral: as four is no
+    Fibonacci number, every fourth is still spread well.
+    """
+    count = np.diff(starts)
+    taken = -(-count // THIN)
+    thin_starts = np.concatenate([[0], np.cumsum(taken)])
+    spacing = count / np.maximum(taken, 1)
+    first = (packed.take(starts[:-1], mode="clip") * np.uint64(0x9E3779B97F4A7C15) >> np.uint64(48)) / (1 << 16)
+    at = np.arange(thin_starts[-1]) * np.repeat(spacing, taken)
+    at += np.repeat(starts[:-1] + (first - thin_starts[:-1]) * spacing, taken)
+    return at.astype(np.int64), thin_starts
+
+
+def _tinted(returned: Float32, tint: Float32 | None) -> None:
+    """Multiply (H, C * 9) in place by (H, C), or by nothing."""
+    if tint is not None:
+        by_channel = returned.reshape(*tint.shape, -1)
+        by_channel *= tint[:, :, None]

@@ -22,6 +22,8 @@ UInt32 = npt.NDArray[np.uint32]
 ONE = 0xFFFF
 """A barycentric of one, in the fixed point that hits are kept in."""
 
+_DULL = 6  # bits of a barycentric that play no part in a random choice
+
 
 @dataclass(frozen=True)
 class KeptHits:
@@ -29,7 +31,8 @@ class KeptHits:
 
     samples: rays that were cast per receiver.
     starts: (N + 1,) int64; the hits of receiver x are `packed[starts[x]:starts[x + 1]]`.
-    packed: (H,) uint64; triangle in the upper 32 bits, then u and v in 16 bits each, `ONE` being 1.
+    packed: (H,) uint64; in the upper 32 bits a corner, counted through all triangles: k of triangle t is 3 t + k. It is
+        drawn by the barycentrics, and may stand for the hit. Then u and v in 16 bits each, `ONE` being 1.
     """
 
     samples: int
@@ -90,10 +93,15 @@ class HitStore:
         return sum(map(len, self.pieces))
 
 
-def unpacked(packed: Packed) -> tuple[UInt32, UInt32, UInt32]:
-    """Triangles and fixed-point barycentrics u, v of corners 1 and 2, (H,) each."""
-    barycentrics, triangle = np.asarray(packed).view("<u4").reshape(-1, 2).T
-    return triangle, barycentrics >> 16, barycentrics & ONE
+def corners(packed: Packed) -> UInt32:
+    """(H,) the corner that may stand for each hit: one of its triangle's three, counted through all triangles."""
+    return np.asarray(packed).view("<u4")[1::2]
+
+
+def barycentrics(packed: Packed) -> tuple[UInt32, UInt32]:
+    """(H,) u and v, the shares of corners 1 and 2, in fixed point."""
+    both: UInt32 = np.asarray(packed).view("<u4")[::2]
+    return both >> np.uint32(16), both & np.uint32(ONE)
 
 
 def trace(
@@ -135,7 +143,7 @@ def trace(
 
     workers.run(len(receivers), pattern.chunk, work)
     np.cumsum(starts, out=starts)
-    return direct, KeptHits(samples, starts, _joined(chunks, starts))
+    return direct, KeptHits(samples, starts, _joined(chunks, starts, workers))
 
 
 def _packed(hits: Hits, which: npt.NDArray[np.intp]) -> Packed:
@@ -145,7 +153,20 @@ def _packed(hits: Hits, which: npt.NDArray[np.intp]) -> Packed:
     packed = np.empty((len(which), 2), dtype="<u4")
     packed[:, 0] = u << 16 | v
     packed[:, 1] = hits.triangle.take(which)
+    packed[:, 1] *= 3
+    packed[:, 1] += _drawn(u, v)
     return packed.reshape(-1).view(np.uint64)
+
+
+def _drawn(u: UInt32, v: UInt32) -> npt.NDArray[np.uint8]:
+    """(H,) one corner of each triangle, 0..2, each with the probability of its barycentric.
+
+    The random number is made of the barycentrics themselves: it depends on nothing but the hit, and on no more of
+    their bits than it takes, so that the rounding of a ray seldom makes another choice.
+    """
+    number = (u >> _DULL << 16 | v >> _DULL) * np.uint32(0x9E3779B1) >> 16
+    not_first, second = number < u + v, number < u
+    return not_first.view(np.uint8) * np.uint8(2) - second.view(np.uint8)
 
 
 def _fixed_point(barycentric: Float32) -> UInt32:
@@ -154,10 +175,16 @@ def _fixed_point(barycentric: Float32) -> UInt32:
     return np.clip(barycentric, 0.0, ONE, out=barycentric).astype(np.uint32)
 
 
-def _joined(chunks: dict[int, Packed], starts: npt.NDArray[np.int64]) -> Packed:
+def _joined(chunks: dict[int, Packed], starts: npt.NDArray[np.int64], workers: Workers) -> Packed:
     """All chunks in the order of the receivers; each is dropped once it is copied, to spare memory."""
     packed = np.empty(starts[-1], dtype=np.uint64)
-    for first in sorted(chunks):
-        chunk = chunks.pop(first)
-        packed[starts[first] : starts[first] + len(chunk)] = chunk
+    firsts = list(chunks)
+
+    def copy(part: slice) -> int:
+        for first in firsts[part]:
+            chunk = chunks.pop(first)
+            packed[starts[first] : starts[first] + len(chunk)] = chunk
+        return 0
+
+    workers.run(len(firsts), 1, copy)
     return packed

@@ -1,13 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Light that bounces: the series `T = T0 + G T0 + G G T0 + ...` (Kajiya 1986, "The Rendering Equation", section 3;
-Sloan, Kautz & Snyder 2002, "Precomputed Radiance Transfer", section 5)."""
+Sloan, Kautz & Snyder 2002, "Precomputed Radiance Transfer", section 5).
+
+It is summed from the inside: `T = T0 + G (T0 + G' (T0 + G' (...)))`. Only the last bounce, which is seen, is gathered over
+all rays. Those before it are gathered thinly: their noise differs from receiver to receiver, and is lost in the mean
+over all that the last one reads (final gathering: Reichert 1992, "A Two-Pass Radiosity Method Driven by Lights and
+Viewer Position").
+"""
 
 from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
 
-from .gather import Gather
+from .gather import THIN, Gather
 
 Float32 = npt.NDArray[np.float32]
 
@@ -21,23 +27,29 @@ def interreflected(
     bounces: int = 3,
     tolerance: float = 0.0,
 ) -> Float32:
-    """Sum the series term by term: each bounce carries only what the one before it returned.
+    """Let light bounce.
 
     Args:
         direct: (N, 9) T0, what arrives without a bounce.
-        gather: G.
+        gather: G, and thinly G'.
         bounces: how often light bounces, if tolerance is 0.
-        tolerance: if above 0, stop once no coefficient changes by as much; `bounces` is ignored.
+        tolerance: if above 0, stop once one more bounce changes no coefficient by as much; `bounces` is ignored.
 
     Returns:
         (N, 9, 3) float32, RGB.
     """
-    term = np.broadcast_to(direct[:, None, :], (len(direct), gather.channels, direct.shape[1]))
-    transport = term.copy()
-    for _ in range(MAX_BOUNCES if tolerance > 0.0 else bounces):
-        term = gather(term)
-        transport += term
-        if tolerance > 0.0 and np.abs(term).max(initial=0.0) < tolerance:
+    unbounced = np.broadcast_to(direct[:, None, :], (len(direct), gather.channels, direct.shape[1]))
+    light = unbounced
+    for _ in range((MAX_BOUNCES if tolerance > 0.0 else bounces) - 1):
+        further = unbounced + gather(light, thinly=True)
+        if tolerance > 0.0 and np.abs(further - light).max(initial=0.0) < tolerance:
             break
+        light = further
+    transport = unbounced + gather(light) if bounces or tolerance > 0.0 else unbounced
     rgb = np.broadcast_to(transport, (len(direct), 3, direct.shape[1]))
     return np.ascontiguousarray(rgb.transpose(0, 2, 1))
+
+
+def full_bounces(bounces: int) -> float:
+    """How many bounces over all rays take as long as `interreflected` does."""
+    return 1.0 + (bounces - 1) / THIN if bounces else 0.0

@@ -30,7 +30,7 @@ from .digest import digest
 from .errors import ShardError
 from .hits import KeptHits
 
-FORMAT = 1
+FORMAT = 2
 """To be counted up whenever the same question gets other bits, or files look different."""
 
 _SUFFIX = ".npz"

@@ -130,7 +130,8 @@ class Pattern:
     """One cosine-weighted Fibonacci set, turned about the normal of each receiver by a random azimuth.
 
     Since all receivers share the set in their local frames, projection is a product of visibility (N x S) with
-    one table (S x 9), and the nine numbers are turned into the world afterwards.
+    one table (S x 9), and the nine numbers are turned into the world afterwards. The visibility of eight rays is a byte:
+    what they add is looked up.
     """
 
     def __init__(self, samples: int, seed: int) -> None:
@@ -138,7 +139,7 @@ class Pattern:
         self.chunk = max(1, _RAYS_AT_A_TIME // samples)
         directions = cosine_fibonacci(samples)
         self._directions: Float32 = np.ascontiguousarray(directions.T, dtype=np.float32)
-        self._table = _exact_table(directions)
+        self._sums = _sums_of_eight(_exact_table(directions))
 
     def rays(self, receivers: Receivers) -> Rays:
         """All rays of some receivers. Multiply-adds over whole rows, because small matrix products are slow in a
@@ -162,7 +163,9 @@ class Pattern:
 
     def project(self, visible: npt.NDArray[np.bool_], frames: Float64) -> Float64:
         """World-space coefficients (n, 9) from the visibility of the rays (n * samples,)."""
-        local = visible.reshape(-1, self.samples).astype(np.float64) @ self._table
+        eights = np.packbits(visible.reshape(-1, self.samples), axis=1).T
+        at = eights + 256 * np.arange(len(eights))[:, None]
+        local = self._sums.take(at, axis=0).sum(axis=0)
         return rotate_order2(local / (_FIXED_POINT * self.samples), frames)
 
 
@@ -171,8 +174,18 @@ def _exact_table(directions: Float64) -> Float64:
 
     A constant per coefficient is added so that a receiver with an open sky gets its closed form exactly, and one
     with none gets zero. Then the numbers are rounded to fixed point: whole numbers below 2**53 add without rounding,
-    so the sum has the same bits in whatever order a matrix product takes them.
+    so the sum has the same bits in whatever order it is taken.
     """
     table = sh.basis(directions)
     closed_form = sh.basis([0.0, 0.0, 1.0]) * sh.per_coefficient(sh.cosine_lobe()) / np.pi
     return np.rint((table + (closed_form - table.mean(axis=0))) * _FIXED_POINT)
+
+
+def _sums_of_eight(table: Float64) -> Float64:
+    """What every eight rays add, (S / 8 * 256, 9): a row for each of their 256 visibilities, as `np.packbits` packs them.
+
+    Four times fewer operations than the product has, and none in a BLAS, whose own threads would fight with ours.
+    """
+    eights = np.concatenate([table, np.zeros((-len(table) % 8, table.shape[1]))]).reshape(-1, 8, table.shape[1])
+    bits = np.unpackbits(np.arange(256, dtype=np.uint8)[:, None], axis=1)
+    return np.einsum("vb,ebc->evc", bits, eights).reshape(-1, table.shape[1])

@@ -199,6 +199,35 @@ def test_choice_of_a_corner_is_lost_in_the_noise_of_the_rays(monkeypatch, count)
     assert 0.0 < np.std(usual - exact) < 0.25 * noise
 
 
+@pytest.mark.parametrize("count", [3, 9, 25])
+def test_thin_bounces_are_lost_in_the_noise_of_the_rays(monkeypatch, count):
+    """All bounces but the last read a quarter of the hits: a quarter of the noise would lengthen the error by a thirtieth."""
+    groups, occluders = corner(count, colours=[[0.8] * 3] * 3)
+    settings = replace(SETTINGS, samples=256, bounces=8)
+    traced = [trace_groups(groups, occluders, replace(settings, seed=seed)) for seed in (0, 1)]
+    usual = np.concatenate(bounce(traced[0], occluders, settings))
+    monkeypatch.setattr(gather_module, "THIN", 1)
+    whole, other = (np.concatenate(bounce(one, occluders, settings)) for one in traced)
+    noise = np.std(whole - other) / np.sqrt(2)
+    assert 0.0 < np.std(usual - whole) < 0.25 * noise
+
+
+def test_thin_bounces_keep_the_energy():
+    groups, occluders = corner(10)
+    occluders = patterned(occluders)
+    traced = trace_groups(groups, occluders, replace(SETTINGS, samples=30))
+    plain = Albedo(occluders.albedo.constant)
+    white = np.ones((len(traced.direct), 3, 9), dtype=np.float32)
+    for albedo, closeness in ((plain, 0.02), (occluders.albedo, 0.05)):
+        gather = Gather(traced.hits, albedo, occluders.corner_receiver)
+        thin, whole = gather(white, thinly=True), gather(white)
+        assert thin.max() <= 1.0 + 1e-6
+        np.testing.assert_array_equal(thin.any(axis=(1, 2)), whole.any(axis=(1, 2)))
+        np.testing.assert_allclose(thin.mean(axis=0), whole.mean(axis=0), rtol=closeness)
+    one_colour = Gather(traced.hits, Albedo(np.full_like(plain.constant, 0.5)), occluders.corner_receiver)
+    np.testing.assert_allclose(one_colour(white[:, :1], thinly=True), one_colour(white[:, :1]), rtol=1e-5)
+
+
 def test_corners_without_receiver_return_nothing():
     groups, occluders = corner(6)
     black = replace(occluders, corner_receiver=np.full_like(occluders.corner_receiver, -1))

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..gather import Gather
-from ..hits import KeptHits, trace, unpacked
+from ..hits import KeptHits, corners, trace
 from ..inputs import BakeSettings
 from ..parallel import ALL_CORES, Workers
 from ..transport import Receivers, shadowed, unshadowed
@@ -56,8 +56,8 @@ def _bounced_from(scenery: Scenery, settings: BakeSettings, hits: KeptHits, work
     known = scenery.transport
     if known is None:
         known = np.full((len(receivers), 9, 3), np.nan, dtype=np.float32)
-    corners = scenery.corner_receiver[np.unique(unpacked(hits.packed)[0])]
-    hit = np.unique(corners[corners >= 0])
+    shown = scenery.corner_receiver[np.unique(corners(hits.packed) // 3)]
+    hit = np.unique(shown[shown >= 0])
     missing = hit[np.isnan(known[hit, 0, 0])]
     filled = np.nan_to_num(known)
     if len(missing):
