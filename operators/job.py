@@ -20,13 +20,26 @@ _timer: bpy.types.Timer | None = None
 """Wakes the operator that watches a job: there is one at most."""
 
 
-class JobOperator:
+class WhenIdle:
+    """Mixin of operators that are refused while a bake runs."""
+
+    if TYPE_CHECKING:  # what every operator has
+        poll_message_set: Any
+
+    @classmethod
+    def poll(cls, _context: bpy.types.Context) -> bool:
+        if running_job() or _timer:
+            cls.poll_message_set("A bake is running: wait for it, or cancel it")
+            return False
+        return True
+
+
+class JobOperator(WhenIdle):
     """Mixin of operators that work in a `BakeJob`. They say how it begins and what is done with its result."""
 
     _job: BakeJob[Any] | None = None
     if TYPE_CHECKING:  # what every operator has
         report: Any
-        poll_message_set: Any
 
     def _begin(self, context: bpy.types.Context) -> BakeJob[Any]:
         """Read all that the job needs; whatever is wrong is said before any work."""
@@ -35,13 +48,6 @@ class JobOperator:
     def _end(self, context: bpy.types.Context, result: Any) -> None:
         """Use what the job came to."""
         raise NotImplementedError
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        if running_job() or _timer:
-            cls.poll_message_set("A bake is running: wait for it, or cancel it")
-            return False
-        return True
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Work to the end: for scripts and background."""

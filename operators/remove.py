@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import bpy
 
-from ..prt_addon.scene import gather, heat_map, light, probe, report, shading, transport_layers
+from ..prt_addon.scene import compare, gather, heat_map, light, probe, report, shading, transport_layers
 from ..prt_addon.scene.modes import object_mode
 from .reporting import reports_errors
 
@@ -36,6 +36,7 @@ class PRT_OT_remove(bpy.types.Operator):
             probe.remove_probes()
             light.remove_lights()
             report.forget_all()
+            compare.remove_difference()
         self.report({"INFO"}, f"Removed PRT from {len(objects)} object(s).")
         return {"FINISHED"}
 

@@ -19,6 +19,7 @@ from ..prt_addon.scene import compare, heat_map, report
 from ..prt_addon.scene.freshness import freshness
 from ..prt_addon.scene.modes import object_mode
 from ..prt_addon.scene.settings import absolute_path
+from .job import WhenIdle
 from .reporting import reports_errors
 
 PART_ITEMS = [
@@ -33,7 +34,7 @@ PART_ITEMS = [
 ]
 
 
-class PRT_OT_report(bpy.types.Operator):
+class PRT_OT_report(WhenIdle, bpy.types.Operator):
     """Measure how far the selected bakes (all render-visible ones if none is selected) are from the truth, and why, and say what to do about it"""
 
     bl_idname = "prt.report"

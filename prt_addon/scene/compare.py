@@ -164,9 +164,7 @@ def _displayed(scene: bpy.types.Scene, pixels: Float32, path: Path) -> Float32:
 
 def _keep_difference(difference: Float32, mask: npt.NDArray[np.bool_], path: Path) -> None:
     """Keep |EEVEE - Cycles| (H, W, 4)."""
-    former = bpy.data.images.get(DIFFERENCE)
-    if former:
-        bpy.data.images.remove(former)
+    remove_difference()
     difference[..., 3] = mask
     image = float_image(DIFFERENCE, difference)
     image.use_fake_user = True
@@ -175,3 +173,10 @@ def _keep_difference(difference: Float32, mask: npt.NDArray[np.bool_], path: Pat
         image.save()
     except RuntimeError as error:  # Blender's word for a file that cannot be written
         raise OSError(None, str(error).strip(), str(path)) from error
+
+
+def remove_difference() -> None:
+    """Remove the picture that a comparison has kept in the file."""
+    former = bpy.data.images.get(DIFFERENCE)
+    if former:
+        bpy.data.images.remove(former)

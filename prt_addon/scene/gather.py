@@ -79,7 +79,7 @@ def selected_meshes(context: bpy.types.Context) -> list[bpy.types.Object]:
 
 
 def objects_to_bake(context: bpy.types.Context) -> list[bpy.types.Object]:
-    """The selected meshes, or all meshes visible to render if none is selected; sorted by name. Light probes are none.
+    """The selected meshes, or all that renders show if none is selected; sorted by name. Light probes are none.
 
     Raises:
         MeshError: if there is none.
@@ -87,7 +87,9 @@ def objects_to_bake(context: bpy.types.Context) -> list[bpy.types.Object]:
     chosen = [ob for ob in selected_meshes(context) if not is_probe(ob.data)]
     if not chosen:
         shown = renderable_objects(context.view_layer)
-        chosen = [ob for ob in shown if ob.type == "MESH" and not is_probe(ob.data)]
+        chosen = [
+            ob for ob in shown if ob.type == "MESH" and not is_probe(ob.data) and (ob.data.polygons or ob.modifiers)
+        ]
     if not chosen:
         raise MeshError(f"Scene '{context.scene.name}' has no mesh to bake: select one, or make one visible to render.")
     return sorted(chosen, key=lambda ob: ob.name_full)

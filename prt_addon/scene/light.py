@@ -156,6 +156,13 @@ def is_keyframed(world: bpy.types.World) -> bool:
     return FRAMES in world.get(RECORD, {})
 
 
+def why_it_stays(world: bpy.types.World) -> str:
+    """Why a bake leaves the light of a world alone, as part of a sentence; empty if it projects the world's sky anew."""
+    if is_keyframed(world):
+        return "is keyframed"
+    return "was imported" if has_light(world) and not is_projected(world) else ""
+
+
 def followed(world: bpy.types.World) -> Followed:
     """The sockets that turn and scale the light of a world."""
     record, tree = world.get(RECORD), world.node_tree

@@ -16,6 +16,7 @@ from .sky import Sky
 from .sky_identity import SkyIdentity, identity
 
 Array = npt.NDArray[np.float64]
+Float32 = npt.NDArray[np.float32]
 
 
 @dataclass(frozen=True)
@@ -80,28 +81,30 @@ def projected(sky: Sky, light: Array, by: str, windowing: Windowing) -> Projecti
 
 def _seen(sky: Sky) -> tuple[Array, str]:
     """The light (9, 3), and how it was seen."""
-    if sky.texture:
-        try:
-            pixels = linear_pixels(sky.texture.image, opaque=True)
-        except Undecodable:
-            pass  # by Blender alone
-        else:
-            ball = sky.texture.projection == "MIRROR_BALL"
-            smooth = sky.texture.interpolation != "Closest"
-            light = project_mirror_ball(pixels) if ball else project_equirect(pixels, interpolated=smooth)
-            return light, f"Projected '{sky.texture.image.name}' into the light of world '{sky.world.name}'"
+    pixels = _texels(sky)
+    if sky.texture and pixels is not None:
+        ball = sky.texture.projection == "MIRROR_BALL"
+        smooth = sky.texture.interpolation != "Closest"
+        light = project_mirror_ball(pixels) if ball else project_equirect(pixels, interpolated=smooth)
+        return light, f"Projected '{sky.texture.image.name}' into the light of world '{sky.world.name}'"
     return project_equirect(panorama(sky)), f"Rendered world '{sky.world.name}' to a panorama and projected it"
 
 
-def sky_picture(sky: Sky) -> npt.NDArray[np.float32]:
+def sky_picture(sky: Sky) -> Float32:
     """(height, 2 height, 3) the sky at its best resolution, unturned and at strength 1 where these are followed.
 
     Raises:
         PictureError, LightError: as `project`.
     """
-    if sky.texture and sky.texture.projection == "EQUIRECTANGULAR":
-        try:
-            return linear_pixels(sky.texture.image, opaque=True)
-        except Undecodable:
-            pass  # by Blender alone
-    return panorama(sky)
+    pixels = _texels(sky) if sky.texture and sky.texture.projection == "EQUIRECTANGULAR" else None
+    return panorama(sky) if pixels is None else pixels
+
+
+def _texels(sky: Sky) -> Float32 | None:
+    """(height, width, 3) of the picture that it is; None if it is more than that, or Blender alone can decode it."""
+    if sky.texture is None:
+        return None
+    try:
+        return linear_pixels(sky.texture.image, opaque=True)
+    except Undecodable:
+        return None

@@ -18,6 +18,7 @@ from . import freshness, gather, light, prepare, shading, sky, transport_layers
 from .modes import object_mode
 from .prepare import Preparation
 from .projection import Windowing, project
+from .sky_identity import identity
 
 
 class WholeBake:
@@ -38,7 +39,7 @@ class WholeBake:
         """
         Args:
             allowed: what may be done to meshes that cannot hold the result.
-            projected: how the world is projected, too; not if None, nor if its light is keyframed.
+            projected: how the world is projected, too; not if None, nor if its light is keyframed or imported.
             with_shading: whether materials are relit, too.
 
         Raises:
@@ -53,8 +54,10 @@ class WholeBake:
         if projected:
             here = sky.read_sky(context.scene)
             light.check_world(here.world)
-            if light.is_keyframed(here.world):
-                self._notes.append(f"The light of world '{here.world.name}' is keyframed, and stays as it is.")
+            if why := light.why_it_stays(here.world):
+                self._notes.append(
+                    f"The light of world '{here.world.name}' {why}, and stays: Project World replaces it."
+                )
             else:
                 self._light = project(here, projected)
         with object_mode(context):
@@ -103,8 +106,10 @@ class WholeBake:
     def _write(self, context: bpy.types.Context, results: Sequence[npt.NDArray[np.float32]]) -> list[tuple[str, str]]:
         objects = [_still_there(bpy.data.objects, "Object", name) for name in self._names]
         here = sky.read_sky(context.scene) if self._light else None  # refuses before writing, as all that follows
-        if here:
+        if here and self._light:
             light.check_world(here.world)
+            if identity(here) != self._light.identity:  # the world was edited, or is another, since the bake began
+                self._light = project(here, self._light.windowing)
         if self._with_shading:
             shading.check_materials(objects)
         with object_mode(context):

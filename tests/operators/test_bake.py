@@ -58,6 +58,8 @@ def test_meshes_without_vertices_take_no_part(blender, part, scene, stage, mode)
     assert blender.ops.prt.bake(mode=mode, samples=4) == {"FINISHED"}
     assert part("scene.transport_layers").is_baked(cube.data) and blender.ops.prt.check() == {"FINISHED"}
     cube.select_set(False)
+    assert blender.ops.prt.bake(mode=mode, samples=4) == {"FINISHED"}  # of all that renders show
+    scene.objects["Empty"].select_set(True)
     with pytest.raises(RuntimeError, match="'Empty' has no faces"):
         blender.ops.prt.bake(mode=mode, samples=4)
 
@@ -71,6 +73,37 @@ def test_keyframed_light_stays(blender, part, scene, stage):
         operator(**({"mode": "UNSHADOWED"} if stays else {}))
         assert light.has_light(scene.world) and light.is_keyframed(scene.world) == stays
         assert bool(light._light_curves(scene.world)) == stays
+
+
+def test_imported_light_stays(blender, part, scene, stage, tmp_path):
+    """A bake keeps a light that was read from a file; to project the world replaces it."""
+    blender.context.view_layer.objects.active = stage.object_of("Cube", stage.cube())
+    blender.ops.prt.bake(mode="UNSHADOWED")
+    blender.ops.prt.export_games202(directory=str(tmp_path))
+    (tmp_path / "light.txt").write_text("\n".join(["0.25 0.5 0.75"] * 9))
+    blender.ops.prt.import_games202(directory=str(tmp_path))
+    light = part("scene.light")
+    imported = light.read_light(scene.world)
+    blender.ops.prt.bake(mode="UNSHADOWED")
+    np.testing.assert_array_equal(light.read_light(scene.world), imported)
+    blender.ops.prt.project_light()
+    assert light.is_projected(scene.world) and not np.allclose(light.read_light(scene.world), imported)
+
+
+def test_a_world_that_was_swapped_during_the_bake_gives_its_own_light(blender, part, scene, stage):
+    """What is written is the light of the world that the scene then has."""
+    stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
+    stage.object_of("Cube", stage.cube())
+    settings, whole = part("core.inputs").BakeSettings("UNSHADOWED"), part("scene.whole_bake").WholeBake
+    bake = whole(blender.context, settings, part("scene.prepare").NOTHING, part("scene.projection").Windowing())
+    former, scene.world = scene.world, blender.data.worlds.new("Other")
+    stage.environment(stage.picture("Other", stage.six_coloured_sky(16)[::-1]))
+    bake.write(blender.context, part("core.bake").bake_all(bake.plan.groups, bake.plan.occluders, settings))
+    light, state = part("scene.light"), part("scene.light_state")
+    assert not light.has_light(former) and state.light_state(scene.world).text == "Fresh"
+    baked = light.read_light(scene.world)
+    blender.ops.prt.project_light()
+    np.testing.assert_array_equal(light.read_light(scene.world), baked)
 
 
 def test_own_layers_survive(blender, part, scene, stage):
@@ -137,6 +170,8 @@ def test_bad_meshes_are_refused_by_name(blender, scene, stage, build, said):
     """One sentence that names the object and says what to do; every object is as it was."""
     good = stage.object_of("A good one", stage.cube(), location=(9, 0, 0))
     ob = build(stage)
+    for each in scene.objects:
+        each.select_set(True)
     with pytest.raises(RuntimeError, match=said) as raised:
         blender.ops.prt.bake(mode="SHADOWED", samples=16)
     assert "Broken" in str(raised.value)

@@ -245,12 +245,13 @@ def test_a_second_press_of_the_button_is_refused(modal, job_of):
 
 
 def test_a_second_bake_is_refused(blender, part, stage, small, job_of, tmp_path):
-    """By all operators that bake, and by a second job, whoever starts it."""
+    """By all operators that bake or need the machine, and by a second job, whoever starts it."""
     make = job_of("SHADOWED", NOT_SOON)
     job = make()
     job.start()
     before = snapshot(blender, stage)
-    for operator in (blender.ops.prt.bake, blender.ops.prt.bake_shard, blender.ops.prt.merge_shards):
+    for name in ("bake", "bake_shard", "merge_shards", "report"):
+        operator = getattr(blender.ops.prt, name)
         assert not operator.poll()
         with pytest.raises(RuntimeError, match="A bake is running"):
             operator()
