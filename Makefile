@@ -28,7 +28,7 @@ test: $(VENV)/.ready
 	cd tests && ../$(VENV)/bin/python -m pytest $(TESTS)
 
 bench: $(VENV)/.bench
-	$(VENV)/bin/python tools/bench --table docs/benchmark.md
+	$(VENV)/bin/python tools/bench --page docs/benchmark.md
 
 gallery: $(VENV)/.ready
 	$(VENV)/bin/python tools/gallery.py

@@ -19,7 +19,7 @@ def results(tmp_path_factory):
     return {**json.loads((folder / "results.json").read_text()), "table": (folder / "benchmark.md").read_text()}
 
 
-@pytest.mark.parametrize(("mode", "limit"), [("SHADOWED", 2.4), ("INTERREFLECTED", 2.8)])
+@pytest.mark.parametrize(("mode", "limit"), [("SHADOWED", 2.0), ("INTERREFLECTED", 2.4)])
 def test_bake_is_mostly_its_rays(results, mode, limit):
     """In processor seconds, over the same rays handed to the ray caster alone."""
     result = results[f"over_its_rays {mode}"]
@@ -27,10 +27,10 @@ def test_bake_is_mostly_its_rays(results, mode, limit):
 
 
 def test_bounces_are_cheap(results):
-    """Three of them, beside the rays."""
-    shares = [share["cpu"] for share in results["each_bounce"]["shares"]]
-    assert shares == sorted(shares)
-    assert shares[3] - shares[0] < 0.8
+    """Three of them, beside the rays; those after the first read a quarter of the hits."""
+    none, one, *_, three = (share["cpu"] for share in results["each_bounce"]["shares"])
+    assert none < one
+    assert three - none < min(0.5, 2.5 * (one - none))
 
 
 def test_plain_estimator_needs_many_more_rays(results):

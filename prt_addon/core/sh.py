@@ -91,7 +91,8 @@ def basis(directions: npt.ArrayLike, order: int = ORDER) -> Array:
 def cosine_lobe(order: int = ORDER) -> Array:
     """Zonal factors `A_l` of the clamped cosine, one per band: pi, 2pi/3, pi/4, 0, -pi/24, ...
 
-    Ramamoorthi & Hanrahan 2001, "On the relationship between radiance and irradiance", equations 19-21.
+    Ramamoorthi & Hanrahan 2001, "An Efficient Representation for Irradiance Environment Maps", equation 8, where they
+    wear a hat.
     """
     factors = np.zeros(order + 1)
     for band in range(order + 1):

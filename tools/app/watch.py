@@ -57,7 +57,8 @@ def box(region, window):
 def content():
     """All that a bake may touch, a line each: meshes and their attributes, materials' nodes, the world's properties.
 
-    Not Blender's own attributes, which begin with a dot: selections and the like come and go.
+    Not Blender's own attributes, which begin with a dot: selections and the like come and go; nor materials without users,
+    which no file keeps.
     """
     lines = []
     for mesh in bpy.data.meshes:
@@ -66,7 +67,7 @@ def content():
         shape = hashlib.sha256(points.tobytes()).hexdigest()[:16]
         attributes = sorted(layer.name for layer in mesh.attributes if not layer.name.startswith("."))
         lines.append(f"{mesh.name}: {shape}, {attributes}, {sorted(mesh.keys())}")
-    for material in bpy.data.materials:
+    for material in filter(lambda material: material.users, bpy.data.materials):
         lines.append(f"{material.name}: {sorted(material.node_tree.nodes.keys())}")
     for world in bpy.data.worlds:
         lines.append(f"{world.name}: {sorted(world.keys())}, {sorted(world.node_tree.nodes.keys())}")

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How fast, how large, how it grows: all experiments in one run.
 
-    python tools/bench [--quick] [--output FOLDER] [--table FILE]
+    python tools/bench [--quick] [--output FOLDER] [--page FILE]
 
 Writes results.json, the table and pictures of the curves into the folder (build/bench).
 """
@@ -61,18 +61,17 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="a minute instead of a quarter of an hour")
     parser.add_argument("--output", type=Path, default=ROOT / "build" / "bench")
-    parser.add_argument("--table", type=Path, help="also write the table of ratios here")
+    parser.add_argument("--page", type=Path, help="also write the table here, and the pictures beside it")
     arguments = parser.parse_args()
     arguments.output.mkdir(parents=True, exist_ok=True)
     results = {}
     for name, result in in_blender(quick() if arguments.quick else whole()):
         results[name] = result
         (arguments.output / "results.json").write_text(json.dumps(results, indent=1) + "\n")
-    table = report.table(results, "python tools/bench --quick" if arguments.quick else "make bench")
-    for path in filter(None, (arguments.output / "benchmark.md", arguments.table)):
-        path.write_text(table)
-    report.pictures(results, arguments.output)
-    print(table)
+    command = "python tools/bench --quick" if arguments.quick else "make bench"
+    for path in filter(None, (arguments.output / "benchmark.md", arguments.page)):
+        report.write_page(path, results, command)
+    print(report.table(results, command))
 
 
 def in_blender(experiments: Iterator[Experiment]) -> Iterator[tuple[str, run.Result]]:

@@ -28,6 +28,14 @@ def table(results: Results, command: str) -> str:
     return _HEAD.format(command=command) + "".join(f"| {' | '.join(row)} |\n" for row in rows)
 
 
+def write_page(path: Path, results: Results, command: str) -> None:
+    """The table, and the pictures in a folder `pictures/benchmark` beside it."""
+    folder = path.parent / "pictures" / "benchmark"
+    folder.mkdir(parents=True, exist_ok=True)
+    shown = [f"![{picture.stem}]({picture.relative_to(path.parent).as_posix()})\n" for picture in pictures(results, folder)]
+    path.write_text("\n".join([table(results, command), *shown]))
+
+
 def _both(ratio: dict[str, float], digits: int = 2) -> str:
     return f"{ratio['wall']:.{digits}f} / {ratio['cpu']:.{digits}f}"
 
@@ -40,14 +48,12 @@ def _over_its_rays(result: dict[str, Any]) -> Iterator[Row]:
 
 
 def _each_bounce(result: dict[str, Any]) -> Iterator[Row]:
-    for count, share in enumerate(result["shares"][1:], start=1):
-        before = result["shares"][count - 1]
-        step = {clock: share[clock] - before[clock] for clock in share}
-        yield (
-            f"Bounce {count}, over the rays alone ({result['hits_per_receiver']:.0f} hits a receiver)",
-            _both(step, 3),
-            "",
-        )
+    none, one, *_, last = result["shares"]
+    further = len(result["shares"]) - 2
+    hits = f"{result['hits_per_receiver']:.0f} hits a receiver"
+    yield f"The first bounce, over the rays alone ({hits})", _both({clock: one[clock] - none[clock] for clock in one}, 3), ""
+    mean = {clock: (last[clock] - one[clock]) / further for clock in one}
+    yield f"Each further bounce, mean of {further}", _both(mean, 3), ""
 
 
 def _against_uniform(result: dict[str, Any]) -> Iterator[Row]:
@@ -96,7 +102,7 @@ _ROWS = {
 }
 
 
-def pictures(results: Results, folder: Path) -> None:
+def pictures(results: Results, folder: Path) -> Iterator[Path]:
     """Curves of growth and of the bounces, as PNG; none without matplotlib."""
     try:
         from matplotlib.figure import Figure
@@ -119,4 +125,6 @@ def pictures(results: Results, folder: Path) -> None:
             continue
         axes.grid(True, which="both", alpha=0.3)
         axes.legend()
-        figure.savefig(folder / f"{name.replace(' ', '_')}.png", dpi=120)
+        path = folder / f"{name.replace(' ', '_')}.png"
+        figure.savefig(path, dpi=100)
+        yield path
