@@ -154,8 +154,7 @@ def remove_what_was_saved(display: Display, baked: object, turned: object) -> No
         now = window.state
         assert now["content"] == baked, f"saved: {baked}\nreopened: {now['content']}"
         assert now["turn"] == turned, f"saved with a turn of {turned}, reopened with {now['turn']}"
-        if now["tab"] != "PRT":
-            open_tab(window)
+        open_tab(window)
         render_view(window)  # Blender opens no file with it
         portraits(window)
         window.click_text("Remove Everything")
@@ -216,13 +215,14 @@ def without_ray_caster() -> None:
 
 
 def open_tab(window: Window) -> None:
-    """The sidebar by its key, the tab by a click."""
+    """The sidebar by its key, the tab by a click, unless a saved file has them open: another click folds the tab."""
     if not window.state["sidebar"]:
         window.press("n")
         window.wait(lambda now: now["sidebar"], "the sidebar")
         window.settle()
-    window.click_tab("PRT")
-    window.wait(lambda now: now["tab"] == "PRT", "the tab")
+    if window.state["tab"] != "PRT":
+        window.click_tab("PRT")
+        window.wait(lambda now: now["tab"] == "PRT", "the tab")
     window.hover_view()
 
 
