@@ -91,9 +91,9 @@ class FilledGather(Gather):
         super().__init__(*gather)
         self._fill = fill
 
-    def __call__(self, transport: Float32, thinly: bool = False) -> Float32:
+    def __call__(self, transport: Float32, thin: int | None = None) -> Float32:
         """One bounce: (N, C, 9) float32 from (N, C, 9)."""
-        return self._fill(super().__call__(transport, thinly))
+        return self._fill(super().__call__(transport, thin))
 
 
 @dataclass(frozen=True)

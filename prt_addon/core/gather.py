@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .albedo import Albedo
-from .hits import ONE, HitStore, KeptHits, Packed, barycentrics, corners
+from .hits import KEEN, ONE, HitStore, KeptHits, Packed, barycentrics, corners
 from .parallel import ALL_CORES, Workers
 from .sources import Sources
 from .spill import Spill, memory_of
@@ -28,6 +28,7 @@ Int64 = npt.NDArray[np.int64]
 THIN = 4
 """A thin bounce reads one hit of so many."""
 
+_KEEN_BITS = np.uint64(KEEN << 16 | KEEN)  # of the barycentrics of a hit
 _RECEIVERS_AT_A_TIME = 1 << 10
 _HITS_AT_A_TIME = 1 << 19  # bounds the memory of bakes with many samples
 _RAYS_IN_CACHE = 1 << 12  # measured: fewer pay for the calls, of more what they return leaves the cache
@@ -41,14 +42,14 @@ class _Bounce:
     """What one bounce reads.
 
     lit: (M + 1, C * 9) what each source returns; the last one nothing.
-    standing: (3 T,) the source that stands for hits drawn to each corner; the last where the corners differ too much.
-    thinly: whether every fourth hit speaks for its neighbours.
-    rays: of each receiver, whose hits are read.
+    standing: (3 T,) the source that stands for hits drawn to each corner; the last one where the corners differ too much.
+    thin: None to read all hits, or the number of a thin bounce.
+    rays: how many rays of each receiver the hits that are read stand for.
     """
 
     lit: Float32
     standing: npt.NDArray[np.int32]
-    thinly: bool
+    thin: int | None
     rays: int
 
 
@@ -106,10 +107,14 @@ class Gather:
         """Memory that grows with the rays: the kept hits and the colours looked up for them."""
         return sum(piece.hits.nbytes + memory_of(piece.pattern_starts, piece.pattern_colours) for piece in self._pieces)
 
-    def __call__(self, transport: Float32, thinly: bool = False) -> Float32:
-        """One bounce: (M, C, 9) float32 from (N, C, 9); thinly in a quarter of the time, with more noise."""
+    def __call__(self, transport: Float32, thin: int | None = None) -> Float32:
+        """One bounce: (M, C, 9) float32 from (N, C, 9).
+
+        A thin one reads a quarter of the hits, others for each number: faster, with more noise, and the same on average.
+        """
         lit = self.sources.lit(transport)
-        bounce = _Bounce(lit, self._standing(lit), thinly, max(1, self._samples // (THIN if thinly else 1)))
+        rays = self._samples if thin is None else max(1, self._samples // THIN)
+        bounce = _Bounce(lit, self._standing(lit), thin, rays)
         out = np.empty((self._receivers, lit.shape[1]), dtype=np.float32)
         for piece in self._pieces:
             self._gather_piece(out[piece.receivers], piece, bounce)
@@ -147,9 +152,9 @@ class Gather:
         starts = starts - starts[0]
         colours = piece.pattern_colours[piece.pattern_starts[part.start] : piece.pattern_starts[part.stop]]
         tint = self._tint(packed, colours) if len(colours) else None
-        if not (bounce.thinly and len(packed)):
+        if bounce.thin is None or not len(packed):
             return self._summed(packed, tint, starts, bounce)
-        at, thin_starts = _every_fourth(packed, starts)
+        at, thin_starts = _thinned(packed, starts, bounce.thin)
         out = self._summed(packed[at], None if tint is None else tint[at], thin_starts, bounce)
         out *= (np.diff(starts) / np.maximum(np.diff(thin_starts), 1)).astype(np.float32)[:, None]
         return out
@@ -158,7 +163,7 @@ class Gather:
         """(n, C * 9) sums over the hits of each receiver."""
         lit = bounce.lit
         source = bounce.standing.take(corners(packed)).astype(np.intp)
-        out = _sums(lit, source, starts, tint, max(1, _RAYS_IN_CACHE // bounce.rays))
+        out = _run_sums(lit, source, starts, tint, max(1, _RAYS_IN_CACHE // bounce.rays))
         coarse = np.flatnonzero(source == self.sources.black)
         if len(coarse):
             returned = self._interpolated(lit, packed[coarse])
@@ -215,7 +220,7 @@ class Gather:
         return np.cumsum(starts), np.concatenate([chunks[first] for first in sorted(chunks)])
 
 
-def _sums(lit: Float32, source: Int64, starts: Int64, tint: Float32 | None, block: int) -> Float32:
+def _run_sums(lit: Float32, source: Int64, starts: Int64, tint: Float32 | None, block: int) -> Float32:
     """(n, C * 9) sums over what runs of sources return.
 
     Args:
@@ -241,20 +246,21 @@ def _sums(lit: Float32, source: Int64, starts: Int64, tint: Float32 | None, bloc
     return out
 
 
-def _every_fourth(packed: Packed, starts: Int64) -> tuple[Int64, Int64]:
-    """Where about every fourth hit of each run lies, (h,), and where those of each start, (n + 1,); one of short runs.
+def _thinned(packed: Packed, starts: Int64, number: int) -> tuple[Int64, Int64]:
+    """Where the hits that a thin bounce reads lie, (h,), and where those of each run start, (n + 1,).
 
-    Evenly spaced, from a random first that is made of the hits themselves. They follow a Fibonacci spiral: as four is no
-    Fibonacci number, every fourth is still spread well.
+    About every fourth, evenly spaced, and one at least. The first is random, made of the first hit of the run, and moves
+    on by the golden ratio with the number of the bounce. Measured: half the noise of a random choice of as many.
     """
     count = np.diff(starts)
     taken = -(-count // THIN)
     thin_starts = np.concatenate([[0], np.cumsum(taken)])
-    spacing = count / np.maximum(taken, 1)
-    first = (packed.take(starts[:-1], mode="clip") * np.uint64(0x9E3779B97F4A7C15) >> np.uint64(48)) / (1 << 16)
-    at = np.arange(thin_starts[-1]) * np.repeat(spacing, taken)
-    at += np.repeat(starts[:-1] + (first - thin_starts[:-1]) * spacing, taken)
-    return at.astype(np.int64), thin_starts
+    random = packed.take(starts[:-1], mode="clip") & _KEEN_BITS
+    random = random * np.uint64(0x9E3779B97F4A7C15) + np.uint64(number * 0x9E3779B97F4A7C15 % (1 << 64))
+    first = (random >> np.uint64(48)).astype(np.int64)
+    place = np.arange(thin_starts[-1]) - np.repeat(thin_starts[:-1], taken)
+    at = ((place << 16) + np.repeat(first, taken)) * np.repeat(count, taken) // np.repeat(taken << 16, taken)
+    return at + np.repeat(starts[:-1], taken), thin_starts
 
 
 def _tinted(returned: Float32, tint: Float32 | None) -> None:

@@ -22,7 +22,8 @@ UInt32 = npt.NDArray[np.uint32]
 ONE = 0xFFFF
 """A barycentric of one, in the fixed point that hits are kept in."""
 
-_DULL = 6  # bits of a barycentric that play no part in a random choice
+KEEN = 0xFFC0
+"""The bits of a barycentric that random choices are made of: the rounding of a ray seldom changes them."""
 
 
 @dataclass(frozen=True)
@@ -161,10 +162,9 @@ def _packed(hits: Hits, which: npt.NDArray[np.intp]) -> Packed:
 def _drawn(u: UInt32, v: UInt32) -> npt.NDArray[np.uint8]:
     """(H,) one corner of each triangle, 0..2, each with the probability of its barycentric.
 
-    The random number is made of the barycentrics themselves: it depends on nothing but the hit, and on no more of
-    their bits than it takes, so that the rounding of a ray seldom makes another choice.
+    The random number is made of the barycentrics themselves, and depends on nothing but where the ray hit.
     """
-    number = (u >> _DULL << 16 | v >> _DULL) * np.uint32(0x9E3779B1) >> 16
+    number = ((u & KEEN) << 10 | (v & KEEN) >> 6) * np.uint32(0x9E3779B1) >> 16
     not_first, second = number < u + v, number < u
     return not_first.view(np.uint8) * np.uint8(2) - second.view(np.uint8)
 

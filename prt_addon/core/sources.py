@@ -44,7 +44,7 @@ class Sources:
 
     @property
     def black(self) -> int:
-        """The number of one more, which returns nothing."""
+        """The number of one more source, which returns nothing."""
         return len(self.receiver)
 
     def lit(self, transport: Float32) -> Float32:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -137,9 +138,8 @@ class Pattern:
     def __init__(self, samples: int, seed: int) -> None:
         self.samples, self.seed = samples, seed
         self.chunk = max(1, _RAYS_AT_A_TIME // samples)
-        directions = cosine_fibonacci(samples)
-        self._directions: Float32 = np.ascontiguousarray(directions.T, dtype=np.float32)
-        self._sums = _sums_of_eight(_exact_table(directions))
+        self._directions: Float32 = np.ascontiguousarray(cosine_fibonacci(samples).T, dtype=np.float32)
+        self._sums = _sums_of_eight(samples)
 
     def rays(self, receivers: Receivers) -> Rays:
         """All rays of some receivers. Multiply-adds over whole rows, because small matrix products are slow in a
@@ -169,23 +169,25 @@ class Pattern:
         return rotate_order2(local / (_FIXED_POINT * self.samples), frames)
 
 
-def _exact_table(directions: Float64) -> Float64:
-    """The basis at the pattern's directions, made to sum right and to sum the same everywhere.
+def _exact_table(samples: int) -> Float64:
+    """(S, 9) the basis at the pattern's directions, made to sum right and to sum the same everywhere.
 
     A constant per coefficient is added so that a receiver with an open sky gets its closed form exactly, and one
     with none gets zero. Then the numbers are rounded to fixed point: whole numbers below 2**53 add without rounding,
     so the sum has the same bits in whatever order it is taken.
     """
-    table = sh.basis(directions)
+    table = sh.basis(cosine_fibonacci(samples))
     closed_form = sh.basis([0.0, 0.0, 1.0]) * sh.per_coefficient(sh.cosine_lobe()) / np.pi
     return np.rint((table + (closed_form - table.mean(axis=0))) * _FIXED_POINT)
 
 
-def _sums_of_eight(table: Float64) -> Float64:
+@lru_cache(maxsize=1)
+def _sums_of_eight(samples: int) -> Float64:
     """What every eight rays add, (S / 8 * 256, 9): a row for each of their 256 visibilities, as `np.packbits` packs them.
 
-    Four times fewer operations than the product has, and none in a BLAS, whose own threads would fight with ours.
+    A product would do the same in a BLAS, whose own threads fight with ours, or slowly without one, as in Blender.
     """
-    eights = np.concatenate([table, np.zeros((-len(table) % 8, table.shape[1]))]).reshape(-1, 8, table.shape[1])
+    table = _exact_table(samples)
+    eights = np.concatenate([table, np.zeros((-samples % 8, table.shape[1]))]).reshape(-1, 8, table.shape[1])
     bits = np.unpackbits(np.arange(256, dtype=np.uint8)[:, None], axis=1)
     return np.einsum("vb,ebc->evc", bits, eights).reshape(-1, table.shape[1])

@@ -8,7 +8,6 @@ from prt_addon.core import sh, transport
 from prt_addon.core.errors import Cancelled
 from prt_addon.core.parallel import Workers
 from prt_addon.core.raycast import RayScene
-from prt_addon.core.sampling import cosine_fibonacci
 from prt_addon.core.transport import Receivers, shadowed, unshadowed
 from tests.core import shapes
 from tests.core.references import axis_angle, hemisphere_quadrature, order2, random_directions
@@ -221,7 +220,7 @@ def test_cancel_comes_out():
 @pytest.mark.parametrize("samples", [1, 2, 64, 256])
 def test_table_sums_exactly(samples):
     """The whole table is the closed form of an open sky, in whole numbers that add without rounding."""
-    table = transport._exact_table(cosine_fibonacci(samples))
+    table = transport._exact_table(samples)
     assert np.array_equal(table, np.rint(table))
     assert np.abs(table).max() * 16384 < 2**53
     mean = table.sum(axis=0) / (2.0**30 * samples)

@@ -32,7 +32,9 @@ def write_page(path: Path, results: Results, command: str) -> None:
     """The table, and the pictures in a folder `pictures/benchmark` beside it."""
     folder = path.parent / "pictures" / "benchmark"
     folder.mkdir(parents=True, exist_ok=True)
-    shown = [f"![{picture.stem}]({picture.relative_to(path.parent).as_posix()})\n" for picture in pictures(results, folder)]
+    shown = [
+        f"![{picture.stem}]({picture.relative_to(path.parent).as_posix()})\n" for picture in pictures(results, folder)
+    ]
     path.write_text("\n".join([table(results, command), *shown]))
 
 
@@ -51,7 +53,11 @@ def _each_bounce(result: dict[str, Any]) -> Iterator[Row]:
     none, one, *_, last = result["shares"]
     further = len(result["shares"]) - 2
     hits = f"{result['hits_per_receiver']:.0f} hits a receiver"
-    yield f"The first bounce, over the rays alone ({hits})", _both({clock: one[clock] - none[clock] for clock in one}, 3), ""
+    yield (
+        f"The first bounce, over the rays alone ({hits})",
+        _both({clock: one[clock] - none[clock] for clock in one}, 3),
+        "",
+    )
     mean = {clock: (last[clock] - one[clock]) / further for clock in one}
     yield f"Each further bounce, mean of {further}", _both(mean, 3), ""
 
