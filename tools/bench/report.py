@@ -3,9 +3,13 @@
 
 from __future__ import annotations
 
+import os
+import platform
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 Results = dict[str, dict[str, Any]]
 Row = tuple[str, str, str]
@@ -13,9 +17,10 @@ Row = tuple[str, str, str]
 _MIB = 1 << 20
 _HEAD = """# Benchmark
 
-Made by `{command}`: everything in one run, what is compared by turns, medians of the turns' ratios. Ratios of time are
-told as wall clock / processor seconds; on a machine with other work the latter is the steadier. "Its rays alone" are the
-same rays, made beforehand, handed to `EmbreeScene.run` in the same chunks on as many threads.
+Made by `{command}` on {cores} cores, with Python {python} and NumPy {numpy}: everything in one run, what is compared by turns,
+medians of the turns' ratios. Ratios of time are told as wall clock / processor seconds; on a machine with other work the
+latter is the steadier. "Its rays alone" are the same rays, made beforehand, handed to `EmbreeScene.run` in the same chunks
+on as many threads. Larger scenes leave the processor's cache: time grows with the receivers as that of the rays alone does.
 
 | What | Measured | Wanted |
 |---|---|---|
@@ -25,7 +30,8 @@ same rays, made beforehand, handed to `EmbreeScene.run` in the same chunks on as
 def table(results: Results, command: str) -> str:
     """Markdown, with the command that made it."""
     rows = [row for name, result in results.items() for row in _ROWS[name.split()[0]](result)]
-    return _HEAD.format(command=command) + "".join(f"| {' | '.join(row)} |\n" for row in rows)
+    machine = {"cores": os.cpu_count(), "python": platform.python_version(), "numpy": np.__version__}
+    return _HEAD.format(command=command, **machine) + "".join(f"| {' | '.join(row)} |\n" for row in rows)
 
 
 def write_page(path: Path, results: Results, command: str) -> None:
