@@ -53,7 +53,7 @@ def about_truncation(part: Truncation, suns: float) -> str:
     if loss <= ENOUGH:
         return f"{percent(loss)}: order 2 is enough for this light."
     if part.without_suns and part.without_suns.value <= _WORTH_IT * loss:
-        return f"{sun}: light it with a lamp; {percent(part.without_suns.value)} would be left of {percent(loss)}."
+        return f"{sun}: a sky without it would leave {percent(part.without_suns.value)} of {percent(loss)}."
     window = part.by_order[2].value
     if window <= _WORTH_IT * loss:
         return (
