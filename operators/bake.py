@@ -48,19 +48,18 @@ class WholeBakeOperator(JobOperator, BakeProperties, PrepareProperties, LightPro
             windowing(scene, self) if self.update_light else None,
             self.update_shading,
         )
-        for warning in whole.plan.warnings:
-            self.report({"WARNING"}, warning)
+        self._warn(whole.plan.warnings)
         run = replace(run_settings(scene, self), pieces=self._pieces(context, whole.question))
         return whole_bake(whole.plan.groups, whole.plan.occluders, settings, scene.render.threads, run)
 
     def _end(self, context: bpy.types.Context, result: Any) -> None:
         assert self._job
-        for kind, sentence in self._bake.write(context, result):
-            self.report({kind}, sentence)
-        for group, finding in self._job.findings:
-            if self._bake.concerns(group):
-                self.report({"INFO"}, finding)
-        self.report({"INFO"}, f"Baked {self._bake.summary}, {self._job.total:,} rays.")
+        warnings, notes = self._bake.write(context, result)
+        self._warn(warnings)
+        notes += [finding for group, finding in self._job.findings if self._bake.concerns(group)]
+        for note in notes:
+            self.report({"INFO"}, note)
+        self._conclude(f"Baked {self._bake.summary}, {self._job.total:,} rays.")
 
 
 class PRT_OT_bake(WholeBakeOperator, RunProperties, bpy.types.Operator):
@@ -68,7 +67,7 @@ class PRT_OT_bake(WholeBakeOperator, RunProperties, bpy.types.Operator):
 
     bl_idname = "prt.bake"
     bl_label = "Bake PRT"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_options = {"UNDO"}
 
     def _pieces(self, context: bpy.types.Context, question: Question) -> PieceFolder | None:
         folder = checkpoints(context.scene, self)

@@ -7,7 +7,7 @@ from bpy.props import EnumProperty, IntProperty
 from ..prt_addon.core.cubemap import FACES, project_cubemap, to_equirect, with_light
 from ..prt_addon.scene import cubemap, light, projection, sky
 from ..prt_addon.scene.settings import LightProperties, windowing
-from .folder import FolderBrowser
+from .folder import FolderBrowser, folder_property
 from .reporting import reports_errors
 
 TABLES = [
@@ -22,12 +22,15 @@ TABLES = [
 
 
 class PRT_OT_import_cubemap(FolderBrowser, LightProperties, bpy.types.Operator):
-    """Light the scene by a cube map: a folder with posx, negx, posy, negy, posz and negz (.exr and .hdr, which are linear, .png or .jpg). The world before is kept"""
+    """Light the scene by the six pictures of a cube map. The world before is kept"""
 
     bl_idname = "prt.import_cubemap"
     bl_label = "Import Cube Map"
     bl_options = {"REGISTER", "UNDO"}
 
+    directory: folder_property(  # type: ignore[valid-type]
+        "Folder with posx, negx, posy, negy, posz and negz: .exr or .hdr, which are linear, .png or .jpg"
+    )
     table: EnumProperty(  # type: ignore[valid-type]
         name="Faces", description="How the faces lie, and how their colours are encoded", items=TABLES, default="OPENGL"
     )

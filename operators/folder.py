@@ -2,6 +2,7 @@
 """The folder that an operator reads from or writes to: given by a script, or chosen in the file browser."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import bpy
 from bpy.props import BoolProperty, StringProperty
@@ -10,15 +11,27 @@ from ..prt_addon.core.errors import PRTError
 from ..prt_addon.scene.settings import absolute_path
 
 
-class Folder:
-    """Mixin of operators that read from or write to one folder."""
-
-    directory: StringProperty(  # type: ignore[valid-type]
-        name="Folder",
-        description="Folder to read from or to write to",
-        subtype="DIR_PATH",
-        options={"PATH_SUPPORTS_BLEND_RELATIVE"},
+def folder_property(description: str) -> Any:
+    """The property `directory` of an operator, which Blender's file browser fills in by this name."""
+    return StringProperty(
+        name="Folder", description=description, subtype="DIR_PATH", options={"PATH_SUPPORTS_BLEND_RELATIVE"}
     )
+
+
+class FolderBrowser:
+    """Mixin of operators that read from or write to one folder, their `directory`; a button opens the file browser."""
+
+    if TYPE_CHECKING:
+        directory: str
+
+    filter_folder: BoolProperty(  # type: ignore[valid-type]
+        name="Show Folders", description="Show folders in the file browser", default=True, options={"HIDDEN"}
+    )
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
+        """Ask for the folder."""
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
 
     def _folder(self) -> Path:
         """The folder.
@@ -29,16 +42,3 @@ class Folder:
         if not self.directory:
             raise PRTError("There is no folder to read from or to write to: give its path as 'directory'.")
         return absolute_path(self.directory)
-
-
-class FolderBrowser(Folder):
-    """The same, with a button that opens the file browser."""
-
-    filter_folder: BoolProperty(  # type: ignore[valid-type]
-        name="Show Folders", description="Show folders in the file browser", default=True, options={"HIDDEN"}
-    )
-
-    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
-        """Ask for the folder."""
-        context.window_manager.fileselect_add(self)
-        return {"RUNNING_MODAL"}

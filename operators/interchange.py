@@ -7,7 +7,7 @@ from ..prt_addon.core.errors import LightError, MeshError
 from ..prt_addon.scene import freshness, gather, interchange, shading
 from ..prt_addon.scene.modes import object_mode
 from ..prt_addon.scene.prepare import check_bakeable
-from .folder import FolderBrowser
+from .folder import FolderBrowser, folder_property
 from .reporting import reports_errors
 
 
@@ -16,6 +16,8 @@ class PRT_OT_export_games202(FolderBrowser, bpy.types.Operator):
 
     bl_idname = "prt.export_games202"
     bl_label = "Export GAMES202"
+
+    directory: folder_property("Folder to write light.txt and transport.txt into")  # type: ignore[valid-type]
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
@@ -37,6 +39,8 @@ class PRT_OT_import_games202(FolderBrowser, bpy.types.Operator):
     bl_idname = "prt.import_games202"
     bl_label = "Import GAMES202"
     bl_options = {"REGISTER", "UNDO"}
+
+    directory: folder_property("Folder with light.txt and transport.txt")  # type: ignore[valid-type]
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:

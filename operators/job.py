@@ -4,7 +4,7 @@
 import signal
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -35,9 +35,14 @@ class WhenIdle:
 
 
 class JobOperator(WhenIdle):
-    """Mixin of operators that work in a `BakeJob`. They say how it begins and what is done with its result."""
+    """Mixin of operators that work in a `BakeJob`. They say how it begins and what is done with its result.
+
+    They are not for the redo panel (no REGISTER): it shows their defaults in place of the scene's settings, and bakes again,
+    while the window waits, whenever it is touched.
+    """
 
     _job: BakeJob[Any] | None = None
+    _warnings = 0
     if TYPE_CHECKING:  # what every operator has
         report: Any
 
@@ -89,6 +94,18 @@ class JobOperator(WhenIdle):
             self._job.cancel()
             self._job.wait()
         stop_watching(context)
+
+    def _warn(self, warnings: Iterable[str]) -> None:
+        """Report them, and remember that there were some."""
+        for warning in warnings:
+            self._warnings += 1
+            self.report({"WARNING"}, warning)
+
+    def _conclude(self, sentence: str) -> None:
+        """The last word, which the status bar shows in place of all before it."""
+        if self._warnings:
+            sentence += f" {self._warnings} warning{'s' * (self._warnings > 1)}: see the Info editor."
+        self.report({"INFO"}, sentence)
 
     def _step(self, context: bpy.types.Context) -> set[str]:
         """What is to be done at each tick."""

@@ -6,11 +6,12 @@ from bpy.props import IntProperty
 
 from ..prt_addon.scene import light, light_animation, projection, sky
 from ..prt_addon.scene.settings import LightProperties, windowing
+from .progress import counted
 from .reporting import reports_errors
 
 
 class PRT_OT_project_light(LightProperties, bpy.types.Operator):
-    """Project the world's sky into the SH light, without baking. Turning the world or changing its strength needs no new projection"""
+    """Project the world's sky into the SH light, without baking"""
 
     bl_idname = "prt.project_light"
     bl_label = "Project World"
@@ -28,7 +29,7 @@ class PRT_OT_project_light(LightProperties, bpy.types.Operator):
 
 
 class PRT_OT_keyframe_light(LightProperties, bpy.types.Operator):
-    """Project the world at each frame of a range and keyframe the light: for skies that change in what cannot be followed, such as the sun of a Sky Texture. Renders then need no extension"""
+    """Project the world frame by frame and keyframe the light, for skies whose change cannot be followed, such as a moving sun"""
 
     bl_idname = "prt.keyframe_light"
     bl_label = "Keyframe Light"
@@ -44,13 +45,20 @@ class PRT_OT_keyframe_light(LightProperties, bpy.types.Operator):
         name="Step", description="Frames from one keyframe to the next; between them the light blends", default=1, min=1
     )
 
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
+        """Ask for the frames, beginning with the scene's, and for the window, beginning with its settings."""
+        scene = context.scene
+        self.frame_start, self.frame_end = scene.frame_start, scene.frame_end
+        self.window, self.cutoff = scene.prt.window, scene.prt.cutoff
+        return context.window_manager.invoke_props_dialog(self)
+
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
         scene, given = context.scene, self.properties.is_property_set
         first = self.frame_start if given("frame_start") else scene.frame_start
         last = self.frame_end if given("frame_end") else scene.frame_end
         frames = light_animation.keyframes(first, last, self.step)
-        light_animation.keyframe(scene, frames, windowing(scene, self))
+        light_animation.keyframe(scene, frames, windowing(scene, self), counted)
         self.report({"INFO"}, f"Keyframed the light of world '{scene.world.name}' at {len(frames)} frame(s).")
         return {"FINISHED"}
 

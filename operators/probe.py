@@ -38,27 +38,29 @@ class PRT_OT_show_light(bpy.types.Operator):
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
         if not light.has_light(context.scene.world):
-            raise LightError("There is no SH light to show: project the world first (prt.project_light).")
+            raise LightError("There is no SH light to show: press Project World (prt.project_light) first.")
         if self.kind == "PROBE":
             made = probe.ensure_probe(context.scene)
             self.report({"INFO"}, f"Object '{made.name}' shows the light, in EEVEE.")
             return {"FINISHED"}
         image, beside_sky = light_picture.make_picture(context.scene)
-        _show_in_editor(context, image)
+        elsewhere = "" if _show_in_editor(context, image) else " Open it in an Image Editor."
         sides = "the sky on the left, its light on the right" if beside_sky else "the light"
         kept = light_picture.kept(context.scene.world)
         shares = " + ".join(f"{share:.1%}" for share in kept.bands)
         whose = "the sky's energy" if kept.of_sky else "its energy"
-        self.report({"INFO"}, f"Image '{image.name}' shows {sides}. Bands 0, 1 and 2 hold {shares} of {whose}.")
+        bands = f"Bands 0, 1 and 2 hold {shares} of {whose}."
+        self.report({"INFO"}, f"Image '{image.name}' shows {sides}. {bands}{elsewhere}")
         return {"FINISHED"}
 
 
-def _show_in_editor(context: bpy.types.Context, image: bpy.types.Image) -> None:
-    """Put an image into an open Image Editor, if there is one."""
+def _show_in_editor(context: bpy.types.Context, image: bpy.types.Image) -> bool:
+    """Put an image into an open Image Editor; False if there is none."""
     areas = context.screen.areas if context.screen else ()
     editor = next((area for area in areas if area.type == "IMAGE_EDITOR"), None)
     if editor:
         editor.spaces.active.image = image
+    return editor is not None
 
 
 CLASSES = (PRT_OT_show_light,)

@@ -3,90 +3,52 @@
 
 import json
 import tempfile
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import bpy
-from bpy.props import BoolProperty, EnumProperty, IntProperty, StringProperty
+from bpy.props import BoolProperty, EnumProperty, StringProperty
 
 from ..prt_addon.core.parallel import Workers
-from ..prt_addon.core.report.document import PARTS, VERSION, picture_report, surface_report
+from ..prt_addon.core.report.document import PARTS, VERSION, advice_lines, picture_report, surface_report
 from ..prt_addon.core.report.findings import Effort, find
 from ..prt_addon.core.report.heat import receiver_errors
 from ..prt_addon.core.report.subject import Light
 from ..prt_addon.scene import compare, heat_map, report
 from ..prt_addon.scene.freshness import freshness
 from ..prt_addon.scene.modes import object_mode
-from ..prt_addon.scene.settings import absolute_path
+from ..prt_addon.scene.settings import (
+    REPORT_PARTS,
+    ReportProperties,
+    ReportSettings,
+    absolute_path,
+    report_settings,
+)
 from .job import WhenIdle
+from .progress import counted
 from .reporting import reports_errors
 
-PART_ITEMS = [
-    ("SAMPLING", "Sampling", "Noise of the bake's own rays, which more samples take away"),
-    ("TRUNCATION", "Truncation", "What nine coefficients lose of this sky, and what other orders would"),
-    ("TESSELLATION", "Tessellation", "What interpolation between vertices loses, which a finer mesh takes away"),
-    (
-        "END_TO_END",
-        "End to End",
-        "EEVEE's picture against Cycles', from the active camera: takes as long as three frames",
-    ),
-]
 
-
-class PRT_OT_report(WhenIdle, bpy.types.Operator):
-    """Measure how far the selected bakes (all render-visible ones if none is selected) are from the truth, and why, and say what to do about it"""
+class PRT_OT_report(WhenIdle, ReportProperties, bpy.types.Operator):
+    """Measure how far the selected bakes (all render-visible ones if none is selected) are from the truth, and why"""
 
     bl_idname = "prt.report"
     bl_label = "Report"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_options = {"UNDO"}
 
     parts: EnumProperty(  # type: ignore[valid-type]
         name="Parts",
         description="What to measure",
-        items=PART_ITEMS,
+        items=REPORT_PARTS,
         options={"ENUM_FLAG", "SKIP_SAVE"},  # the panel has a button for each choice
         default=set(PARTS),
     )
-    points: IntProperty(  # type: ignore[valid-type]
-        name="Points",
-        description="Random points of each object's surface: four times as many halve the intervals",
-        default=256,
-        min=16,
-        max=1 << 20,
-        soft_max=4096,
-    )
-    samples: IntProperty(  # type: ignore[valid-type]
-        name="Paths",
-        description="Paths per point that find the truth, twice; up to 16 times as many until it has converged",
-        default=256,
-        min=16,
-        max=1 << 16,
-        soft_max=4096,
-    )
-    seed: IntProperty(name="Seed", description="Another draw of points and paths", default=0, min=0)  # type: ignore[valid-type]
     heat_map: BoolProperty(  # type: ignore[valid-type]
         name="Heat Map",
         description="Also show the error at every vertex as a colour layer, blue where too dark and red where too bright, "
-        "until the next report or Remove",
+        "until the next report or Remove PRT",
         default=False,
         options={"SKIP_SAVE"},
-    )
-    picture_size: IntProperty(  # type: ignore[valid-type]
-        name="Picture Size",
-        description="Longer side of the compared pictures, in pixels; at most the scene's own",
-        default=640,
-        min=16,
-        max=1 << 14,
-        subtype="PIXEL",
-    )
-    picture_samples: IntProperty(  # type: ignore[valid-type]
-        name="Picture Samples",
-        description="Samples per pixel of each of Cycles' two pictures",
-        default=64,
-        min=1,
-        max=1 << 16,
-        soft_max=1024,
     )
     filepath: StringProperty(  # type: ignore[valid-type]
         name="File",
@@ -98,7 +60,7 @@ class PRT_OT_report(WhenIdle, bpy.types.Operator):
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
-        scene = context.scene
+        scene, settings = context.scene, report_settings(context.scene, self)
         objects = report.baked_objects(context)
         if "END_TO_END" in self.parts:
             compare.check_pictures(scene, objects)
@@ -111,9 +73,9 @@ class PRT_OT_report(WhenIdle, bpy.types.Operator):
         with object_mode(context):
             baked = report.read_baked(context, objects)
             path.parent.mkdir(parents=True, exist_ok=True)
-            document |= self._surface(context, baked, light)
+            document |= self._surface(baked, light, settings, scene.render.threads)
         if "END_TO_END" in self.parts:
-            document["end_to_end"] = self._pictures(context, baked, path)
+            document["end_to_end"] = self._pictures(context, baked, settings, path)
         path.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
         report.keep(scene, document)
         for line in advice_lines(document):
@@ -121,52 +83,37 @@ class PRT_OT_report(WhenIdle, bpy.types.Operator):
         self.report({"INFO"}, f"Wrote '{path}'.")
         return {"FINISHED"}
 
-    def _surface(self, context: bpy.types.Context, baked: list[report.Baked], light: Light) -> dict[str, Any]:
+    def _surface(
+        self, baked: list[report.Baked], light: Light, settings: ReportSettings, threads: int
+    ) -> dict[str, Any]:
         """All but the pictures; and the heat maps, which an earlier report may have left."""
-        workers = Workers(context.scene.render.threads)
+        workers, effort = Workers(threads), Effort(settings.points, settings.paths, settings.seed)
         measured = self.parts & set(PARTS)
         found = []
-        for one in _counted(context, baked):
+        for one in counted(baked):
             if measured:
-                found.append(find(one.subject, light, Effort(self.points, self.samples, self.seed), workers))
+                found.append(find(one.subject, light, effort, workers))
             heat_map.remove(one.ob.data)
             if self.heat_map:
-                heat_map.write(one.ob.data, one.receivers, receiver_errors(one.subject, light, self.seed, workers))
+                heat_map.write(one.ob.data, one.receivers, receiver_errors(one.subject, light, settings.seed, workers))
         return surface_report(found, light.suns.share, measured) if found else {}
 
-    def _pictures(self, context: bpy.types.Context, baked: list[report.Baked], path: Path) -> dict[str, Any]:
+    def _pictures(
+        self, context: bpy.types.Context, baked: list[report.Baked], settings: ReportSettings, path: Path
+    ) -> dict[str, Any]:
         bounces = max(one.subject.bounce_count for one in baked)
-        pictures = compare.Pictures(self.picture_size, self.picture_samples, bounces)
+        pictures = compare.Pictures(settings.picture_size, settings.picture_samples, bounces)
         difference = path.with_name(f"{path.stem}_difference.exr")
         found = compare.compare_engines(context, [one.ob for one in baked], pictures, difference)
         return picture_report(found.apart, found.flip) | {"difference": str(difference)}
 
     def _path(self) -> Path:
         if self.filepath:
-            return absolute_path(self.filepath).with_suffix(".json")
+            path = absolute_path(self.filepath)
+            return path if path.suffix.lower() == ".json" else path.with_name(f"{path.name}.json")
         if bpy.data.filepath:
             return Path(bpy.data.filepath).with_suffix(".prt_report.json")
         return Path(tempfile.gettempdir()) / "prt_report.json"
-
-
-def advice_lines(document: dict[str, Any]) -> list[str]:
-    """What a report says to do, a line per part."""
-    lines = list(document.get("all", {}).get("advice", {}).values())
-    if "end_to_end" in document:
-        lines += [line for line in (document["end_to_end"]["advice"], document["end_to_end"]["note"]) if line]
-    return lines
-
-
-def _counted(context: bpy.types.Context, baked: list[report.Baked]) -> Iterator[report.Baked]:
-    """One after the other, with a number at the cursor."""
-    manager = context.window_manager
-    manager.progress_begin(0, len(baked))
-    try:
-        for number, one in enumerate(baked):
-            manager.progress_update(number)
-            yield one
-    finally:
-        manager.progress_end()
 
 
 def _stale(context: bpy.types.Context, objects: list[bpy.types.Object]) -> list[str]:

@@ -2,10 +2,10 @@
 """A bake on several machines: each casts a share of the rays into a common folder, one of them merges the shares."""
 
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import bpy
-from bpy.props import IntProperty, StringProperty
+from bpy.props import IntProperty
 
 from ..prt_addon.bake_job import BakeJob
 from ..prt_addon.core.bake import trace_shard
@@ -21,41 +21,58 @@ from ..prt_addon.scene.settings import (
 )
 from ..prt_addon.scene.whole_bake import WholeBake
 from .bake import WholeBakeOperator
-from .folder import Folder
+from .folder import FolderBrowser, folder_property
 from .job import JobOperator
 
 
-class ShardFolder(Folder):
-    """Mixin of the folder where the shards of one bake lie."""
+class ShardOperator(FolderBrowser, JobOperator):
+    """Mixin of operators that work on the folder where the shards of one bake lie: a menu entry asks for it first."""
 
-    directory: StringProperty(  # type: ignore[valid-type]
-        name="Folder",
-        description="Folder of the shards of this bake, which all machines see",
-        subtype="DIR_PATH",
-        options={"PATH_SUPPORTS_BLEND_RELATIVE"},
-    )
+    directory: folder_property("Folder of the shards of this bake, which all machines see")  # type: ignore[valid-type]
+
+    _asked = False
+    _choices: tuple[str, ...] = ()
+    """Properties that the file browser shows; all others are the scene's."""
+    if TYPE_CHECKING:  # what every operator has
+        properties: Any
+        layout: Any
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        """Open the file browser, unless the folder is given."""
+        self._asked = not (bpy.app.background or self.properties.is_property_set("directory"))
+        return (FolderBrowser if self._asked else JobOperator).invoke(self, context, event)
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """For scripts, and for the file browser: its window is live, too."""
+        return JobOperator.invoke(self, context, None) if self._asked else JobOperator.execute(self, context)
+
+    def draw(self, _context: bpy.types.Context) -> None:
+        """What there is to choose beside the folder."""
+        for name in self._choices:
+            self.layout.prop(self, name)
 
 
-class PRT_OT_bake_shard(JobOperator, ShardFolder, BakeProperties, PrepareProperties, bpy.types.Operator):
+class PRT_OT_bake_shard(ShardOperator, BakeProperties, PrepareProperties, bpy.types.Operator):
     """Cast one share of the rays of a bake and write what they find into a folder; the file stays as it is"""
 
     bl_idname = "prt.bake_shard"
     bl_label = "Bake Shard"
-    bl_options = {"REGISTER"}
 
     index: IntProperty(name="Shard", description="Which of the shards, counted from 0", default=0, min=0)  # type: ignore[valid-type]
     count: IntProperty(  # type: ignore[valid-type]
         name="Shards", description="How many shards the bake is split into, the same for all", default=1, min=1
     )
+    _choices = ("index", "count")
 
     def _begin(self, context: bpy.types.Context) -> BakeJob[Any]:
         folder, shard = self._folder(), Shard(self.index, self.count)
         settings = bake_settings(context.scene, self)
         if settings.mode == "UNSHADOWED":
-            raise ShardError("Unshadowed transport needs no rays, so that there is nothing to share: use prt.bake.")
+            raise ShardError(
+                "Unshadowed transport needs no rays, so there is nothing to share: use Bake PRT (prt.bake)."
+            )
         whole = WholeBake(context, settings, preparation(context.scene, self))
-        for warning in whole.plan.warnings:
-            self.report({"WARNING"}, warning)
+        self._warn(whole.plan.warnings)
         groups, occluders = whole.plan.groups, whole.plan.occluders
         span = shard.span(whole.question.receivers)
         return BakeJob(
@@ -67,19 +84,23 @@ class PRT_OT_bake_shard(JobOperator, ShardFolder, BakeProperties, PreparePropert
 
     def _end(self, _context: bpy.types.Context, _result: Any) -> None:
         assert self._job
-        self.report({"INFO"}, f"Baked shard {self.index} of {self.count}, {self._job.total:,} rays.")
+        self._conclude(f"Baked shard {self.index} of {self.count}, {self._job.total:,} rays.")
 
 
-class PRT_OT_merge_shards(WholeBakeOperator, ShardFolder, MemoryProperties, bpy.types.Operator):
+class PRT_OT_merge_shards(ShardOperator, WholeBakeOperator, MemoryProperties, bpy.types.Operator):
     """Finish a bake whose shards all lie in a folder: bounce the light and write the result, as a bake on one machine does"""
 
     bl_idname = "prt.merge_shards"
     bl_label = "Merge Shards"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_options = {"UNDO"}
+
+    _choices = ("update_light", "update_shading")
 
     def _pieces(self, _context: bpy.types.Context, question: Question) -> PieceFolder | None:
         if question.mode == "UNSHADOWED":
-            raise ShardError("Unshadowed transport has no shards: use prt.bake, or choose the mode of the shards.")
+            raise ShardError(
+                "Unshadowed transport has no shards: use Bake PRT (prt.bake), or choose the mode of the shards."
+            )
         pieces = PieceFolder(self._folder(), question)
         pieces.check_complete()
         return pieces

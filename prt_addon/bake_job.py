@@ -87,7 +87,7 @@ class BakeJob(Generic[Result]):
         seconds = max(now - then, 1e-9)
         left = max(0, self.total + self._bounces - work) * seconds / max(work - work_then, 1)
         doing = "bouncing light" if self.done == self.total else f"{(rays - rays_then) / seconds / 1e6:.1f} Mrays/s"
-        return f"{self.progress:.0%}  {doing}  {left:.0f} s left" if work else "preparing the rays"
+        return f"{self.progress:.0%}  {doing}  {_spoken(left)} left" if work else "preparing the rays"
 
     def wait(self, seconds: float | None = None) -> None:
         """Wait for the end, or for some seconds."""
@@ -136,6 +136,14 @@ class BakeJob(Generic[Result]):
 
     def _advance_bounces(self, rays: int) -> None:
         self._bounced += rays
+
+
+def _spoken(seconds: float) -> str:
+    """A time to wait for, as precise as one cares to know."""
+    hours, minutes = divmod(round(seconds / 60), 60)
+    if hours:
+        return f"{hours} h {minutes} min"
+    return "{} min {} s".format(*divmod(round(seconds), 60)) if seconds > 120 else f"{seconds:.0f} s"
 
 
 def whole_bake(

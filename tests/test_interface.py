@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Habits of Blender's interface that are kept: tooltips, presets, keyframes, a menu, settings that stay, undo."""
 
+import importlib
+
 import pytest
 
 
@@ -59,6 +61,13 @@ def test_what_changes_data_can_be_undone(blender, classes):
         assert can_be_undone != cls.bl_idname.startswith(changes_nothing), cls.bl_idname
 
 
+def test_what_takes_long_is_not_done_again_by_the_redo_panel(blender, classes):
+    """It would show defaults in place of the scene's settings, and work in the foreground at every touch."""
+    long = {"prt.bake", "prt.bake_shard", "prt.merge_shards", "prt.report"}
+    found = {cls.bl_idname: getattr(cls, "bl_options", set()) for cls, _ in operators(blender, classes)}
+    assert not any("REGISTER" in found[name] for name in long)
+
+
 def test_settings_can_be_keyframed_and_stay_with_their_scene(blender, scene, tmp_path):
     """Right-click > Insert Keyframe; another scene has its own; a saved file keeps them."""
     scene.prt.samples = 32
@@ -89,7 +98,7 @@ def test_presets(blender, scene):
     assert costs == sorted(set(costs))
     run_preset(blender, "Good")
     for prop in scene.prt.bl_rna.properties:
-        if prop.is_runtime:
+        if prop.is_runtime and prop.type != "POINTER":
             assert getattr(scene.prt, prop.identifier) == prop.default, "a new scene starts with Good"
 
     scene.prt.mode, scene.prt.seed = "SHADOWED", 5
@@ -101,6 +110,49 @@ def test_presets(blender, scene):
     assert blender.utils.preset_find("Mine", "prt/bake") is None
     assert blender.ops.prt.bake_preset_add(name="Draft", remove_name=True) == {"CANCELLED"}
     assert blender.utils.preset_find("Draft", "prt/bake")
+
+
+@pytest.fixture
+def panel(blender):
+    """Import a module of the interface: `panel("bake")`."""
+    import headless
+
+    return lambda name: importlib.import_module(f"{headless.PACKAGE}.ui.{name}")
+
+
+def test_the_panel_says_what_will_be_baked(blender, scene, stage, panel):
+    """As the bake chooses: neither probes nor what is no mesh counts."""
+    stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
+    blender.ops.prt.project_light()
+    blender.ops.prt.show_light(kind="PROBE")
+    objects = [stage.object_of(name, stage.cube()) for name in ("One", "Two")]
+    objects.append(stage.object_of("Nothing", None))
+    said = panel("bake").what_is_baked
+    assert said(blender.context) == "All meshes that render"
+    for ob in scene.objects:
+        ob.select_set(True)
+    assert said(blender.context) == "2 selected meshes"
+    objects[0].select_set(False)
+    assert said(blender.context) == "1 selected mesh"
+
+
+def test_the_panel_says_that_another_window_is_set(blender, scene, stage, panel):
+    """Only where it matters: the cutoff does to two of the windows."""
+    another = panel("light").another_window
+    stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
+    scene.prt.window = "HANN"
+    assert not another(scene)
+    blender.ops.prt.project_light()
+    assert not another(scene)
+    scene.prt.cutoff = 3.7
+    assert another(scene)
+    blender.ops.prt.project_light()
+    assert not another(scene)
+    scene.prt.window = "NONE"
+    assert another(scene)
+    blender.ops.prt.project_light()
+    scene.prt.cutoff = 5.0
+    assert not another(scene)
 
 
 def test_what_is_greyed_out_says_why(blender, part, scene, stage):

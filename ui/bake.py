@@ -7,6 +7,7 @@ import bpy
 
 from ..prt_addon.bake_job import running_job
 from ..prt_addon.core import raycast
+from ..prt_addon.scene import gather
 from .presets import PRT_PT_bake_presets
 from .tab import Tab, draw_text
 
@@ -21,14 +22,15 @@ class PRT_PT_bake(Tab, bpy.types.Panel):
         layout = self.layout
         job = running_job()
         if job:
-            row = layout.row(align=True)
-            row.progress(factor=job.progress, text=job.text)
-            row.operator("prt.cancel", text="", icon="X")
-            draw_text(context, layout.column(align=True), "The settings rest until it has ended.", "INFO")
+            column = layout.column(align=True)
+            column.progress(factor=job.progress, text=job.text)
+            column.operator("prt.cancel", text="Cancel", icon="X")
+            draw_text(context, layout.column(align=True), "Settings are locked until the bake ends.", "INFO")
         else:
             button = layout.column()
             button.scale_y = 1.6
             button.operator("prt.bake", icon="RENDER_STILL")
+            layout.label(text=what_is_baked(context), icon="OUTLINER_OB_MESH")
         if not raycast.is_available():
             box = layout.box().column(align=True)
             draw_text(context, box, "The ray caster is missing.", "ERROR")
@@ -53,9 +55,14 @@ class PRT_PT_settings(Tab, bpy.types.Panel):
         if settings.mode != "UNSHADOWED":
             column.prop(settings, "samples")
         if settings.mode == "INTERREFLECTED":
-            column.prop(settings, "bounces")
-        if context.active_object and context.active_object.type == "MESH":
-            column.prop(context.active_object.prt, "space")
+            bounces = column.column()
+            bounces.enabled = settings.tolerance == 0.0
+            bounces.prop(settings, "bounces")
+        ob = context.active_object
+        if ob and ob.type == "MESH":
+            column.separator()
+            column.label(text=ob.name, icon="OBJECT_DATA")
+            column.prop(ob.prt, "space")
 
 
 class PRT_PT_advanced(Tab, bpy.types.Panel):
@@ -92,8 +99,14 @@ class PRT_PT_long_bakes(Tab, bpy.types.Panel):
         column.prop(context.scene.prt, "memory")
 
 
+def what_is_baked(context: bpy.types.Context) -> str:
+    """What the button is going to bake, in few words."""
+    count = len(gather.chosen_meshes(context))
+    return f"{count} selected mesh{'es' * (count > 1)}" if count else "All meshes that render"
+
+
 def _settings_column(layout: bpy.types.UILayout) -> bpy.types.UILayout:
-    """Where settings go; they rest while a bake runs."""
+    """Where settings go; they are locked while a bake runs."""
     column = layout.column()
     column.use_property_split = True
     column.use_property_decorate = False

@@ -9,6 +9,8 @@ from ..prt_addon.scene import light
 from ..prt_addon.scene.light_state import light_state
 from .tab import Tab, draw_text
 
+_WITH_CUTOFF = {"HANN", "LANCZOS"}
+
 
 class PRT_PT_light(Tab, bpy.types.Panel):
     """The SH light, and the nodes that turn it"""
@@ -24,16 +26,32 @@ class PRT_PT_light(Tab, bpy.types.Panel):
         state = light_state(world)
         draw_text(context, layout.column(align=True), state.text, "ERROR" if state.stale else "WORLD")
         layout.operator("prt.project_light", icon="WORLD")
-        layout.prop(settings, "auto_light")
-        layout.prop(settings, "window")
-        if settings.window in {"HANN", "LANCZOS"}:
-            layout.prop(settings, "cutoff")
+        column = layout.column()
+        column.use_property_decorate = False
+        column.prop(settings, "auto_light")
+        column.prop(settings, "window")
+        if settings.window in _WITH_CUTOFF:
+            column.prop(settings, "cutoff")
+        if another_window(context.scene):
+            remedy = "keyframe the light again" if light.is_keyframed(world) else "project the world"
+            draw_text(context, layout.column(align=True), f"Another window is set: {remedy}.", "INFO")
         if light.has_light(world):
             followed = light.followed(world)
             for socket, name in ((followed.rotation, "Rotation"), (followed.strength, "Strength")):
                 if socket:
                     layout.prop(socket, "default_value", text=name)
+        for sentence in state.not_followed:
+            draw_text(context, layout.column(align=True), f"{sentence[0].upper()}{sentence[1:]}.", "INFO")
         layout.operator("prt.keyframe_light", icon="KEYTYPE_KEYFRAME_VEC")
+
+
+def another_window(scene: bpy.types.Scene) -> bool:
+    """Whether the light of the scene's world was made with another window than the next one will be."""
+    world, settings = scene.world, scene.prt
+    if not light.has_light(world) or not light.is_projected(world):
+        return False
+    done = light.windowing_of(world)
+    return settings.window != done.window or (settings.window in _WITH_CUTOFF and settings.cutoff != done.cutoff)
 
 
 CLASSES = (PRT_PT_light,)

@@ -16,7 +16,9 @@ class PRT_MT_object(bpy.types.Menu):
 
     def draw(self, _context: bpy.types.Context) -> None:
         for operator in operators.CLASSES:
-            if "INTERNAL" not in getattr(operator, "bl_options", ()):
+            if operator.bl_idname == "prt.show_light":
+                self.layout.operator_menu_enum(operator.bl_idname, "kind")
+            elif "INTERNAL" not in getattr(operator, "bl_options", ()):
                 self.layout.operator(operator.bl_idname)
 
 

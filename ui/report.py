@@ -7,12 +7,13 @@ from typing import Any
 
 import bpy
 
-from ..operators.report import PART_ITEMS, advice_lines
+from ..prt_addon.core.report.document import PARTS, advice_lines
 from ..prt_addon.core.report.measures import percent
 from ..prt_addon.scene import report
+from ..prt_addon.scene.settings import REPORT_PARTS, ReportProperties
 from .tab import Tab, draw_text
 
-_SURFACE = (("total", "Whole error"), *((item[0].lower(), item[1]) for item in PART_ITEMS[:3]))
+_NAMES = {identifier: name for identifier, name, _ in REPORT_PARTS}
 
 
 class PRT_PT_report(Tab, bpy.types.Panel):
@@ -26,7 +27,7 @@ class PRT_PT_report(Tab, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         column = self.layout.column(align=True)
         column.operator("prt.report", icon="VIEWZOOM")
-        column.operator("prt.report", text="With Pictures", icon="CAMERA_DATA").parts = {item[0] for item in PART_ITEMS}
+        column.operator("prt.report", text="With Pictures", icon="CAMERA_DATA").parts = set(_NAMES)
         column.operator("prt.report", text="With Heat Map", icon="SHADING_RENDERED").heat_map = True
         document = report.last_report(context.scene)
         if document:
@@ -34,15 +35,30 @@ class PRT_PT_report(Tab, bpy.types.Panel):
             _draw_advice(context, self.layout.column(align=True), document)
 
 
+class PRT_PT_report_settings(Tab, bpy.types.Panel):
+    """How carefully a report measures"""
+
+    bl_idname = "PRT_PT_report_settings"
+    bl_parent_id = "PRT_PT_report"
+    bl_label = "Settings"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column = self.layout.column(align=True)  # names inside the fields: beside them they would be cut off
+        for name in ReportProperties.__annotations__:
+            column.prop(context.scene.prt.report, name)
+
+
 def _draw_numbers(context: bpy.types.Context, column: bpy.types.UILayout, document: dict[str, Any]) -> None:
     """The headline of each part, with its interval."""
-    for part, name in _SURFACE:
-        if part in document.get("all", {}):
-            draw_text(context, column, f"{name}: {_interval(document['all'][part]['relative_rms'])}", "DOT")
+    measured = document.get("all", {})
+    for part, name in (("TOTAL", "Whole error"), *((part, _NAMES[part]) for part in PARTS)):
+        if part.lower() in measured:
+            draw_text(context, column, f"{name}: {_interval(measured[part.lower()]['relative_rms'])}", "DOT")
     if "end_to_end" in document:
         found = document["end_to_end"]
         flip = "" if found["flip"] is None else f", FLIP {found['flip']:.3f}"
-        draw_text(context, column, f"End to end: {_interval(found['relative_rms'])}{flip}", "DOT")
+        draw_text(context, column, f"{_NAMES['END_TO_END']}: {_interval(found['relative_rms'])}{flip}", "DOT")
 
 
 def _draw_advice(context: bpy.types.Context, column: bpy.types.UILayout, document: dict[str, Any]) -> None:
@@ -57,4 +73,4 @@ def _interval(number: dict[str, float | None]) -> str:
     return f"{percent(value)} ({percent(low)} to {percent(high)})"
 
 
-CLASSES = (PRT_PT_report,)
+CLASSES = (PRT_PT_report, PRT_PT_report_settings)

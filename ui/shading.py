@@ -21,10 +21,10 @@ class PRT_PT_shading(Tab, bpy.types.Panel):
         ob = context.active_object
         if ob and ob.type == "MESH":
             _draw_freshness(context, layout.column(align=True), freshness.glance(context, ob))
-        row = layout.row(align=True)
-        row.operator("prt.add_shading", text="Add", icon="ADD")
-        row.operator("prt.remove_shading", text="Remove", icon="REMOVE")
-        layout.operator("prt.remove", text="Remove Everything", icon="TRASH")
+        column = layout.column(align=True)
+        column.operator("prt.add_shading", icon="ADD")
+        column.operator("prt.remove_shading", icon="REMOVE")
+        layout.operator("prt.remove", icon="TRASH")
 
 
 _ICONS = {
@@ -45,7 +45,7 @@ def _draw_freshness(context: bpy.types.Context, column: bpy.types.UILayout, foun
     draw_text(context, column, f"{found.name}: {headline}", _ICONS[found.state])
     for sentence in details:
         draw_text(context, column, sentence, "BLANK1")
-    column.operator("prt.check", text="Check", icon="VIEWZOOM")
+    column.operator("prt.check", icon="VIEWZOOM")
 
 
 CLASSES = (PRT_PT_shading,)

@@ -61,7 +61,7 @@ def check_pictures(scene: bpy.types.Scene, objects: Sequence[bpy.types.Object]) 
         raise RenderError("Cycles is disabled: enable it in Preferences > Add-ons, or leave the comparison out.")
     for ob in objects:
         if not any(slot.material and any(our_nodes(slot.material.node_tree)) for slot in ob.material_slots):
-            raise RenderError(f"'{ob.name}' does not show its bake: add the shading first (prt.add_shading).")
+            raise RenderError(f"'{ob.name}' does not show its bake: press Add Shading (prt.add_shading).")
 
 
 def compare_engines(

@@ -78,13 +78,18 @@ def selected_meshes(context: bpy.types.Context) -> list[bpy.types.Object]:
     return [ob for ob in context.selected_objects if ob.type == "MESH"]
 
 
+def chosen_meshes(context: bpy.types.Context) -> list[bpy.types.Object]:
+    """The selected meshes that may be baked: light probes are none. Cheap enough to be drawn."""
+    return [ob for ob in selected_meshes(context) if not is_probe(ob.data)]
+
+
 def objects_to_bake(context: bpy.types.Context) -> list[bpy.types.Object]:
-    """The selected meshes, or all that renders show if none is selected; sorted by name. Light probes are none.
+    """The chosen meshes, or all that renders show if none is selected; sorted by name.
 
     Raises:
         MeshError: if there is none.
     """
-    chosen = [ob for ob in selected_meshes(context) if not is_probe(ob.data)]
+    chosen = chosen_meshes(context)
     if not chosen:
         shown = renderable_objects(context.view_layer)
         chosen = [

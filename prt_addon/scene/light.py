@@ -123,7 +123,7 @@ def shown_light(world: bpy.types.World, update: bool = True) -> Array:
     """
     check_version(world)
     if not has_light(world):
-        raise LightError("The scene's world carries no SH light: project it first (prt.project_light).")
+        raise LightError("The scene's world carries no SH light: press Project World (prt.project_light).")
     if update:
         bpy.context.view_layer.update()  # the drivers' latest word
     return float(world[STRENGTH]) * (rotation_matrix(read_turn(world).T) @ read_light(world))

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 
 import bpy
@@ -25,17 +25,25 @@ def keyframes(first: int, last: int, step: int) -> list[int]:
     return sorted({*range(first, last + 1, step), last})
 
 
-def keyframe(scene: bpy.types.Scene, frames: list[int], windowing: Windowing) -> None:
+def keyframe(
+    scene: bpy.types.Scene,
+    frames: list[int],
+    windowing: Windowing,
+    counted: Callable[[list[int]], Iterable[int]] = iter,
+) -> None:
     """Project the scene's world at some frames, ascending, and keyframe its light there; the scene stays at its frame.
 
     Rotation and strength are followed live, as always.
+
+    Args:
+        counted: goes through the frames, and may tell how far it is.
 
     Raises:
         LightError, PictureError: if the world cannot be projected at one of the frames; nothing was changed.
     """
     projections = []
     with _browsing(scene, frames[0], frames[-1]):
-        for frame in frames:
+        for frame in counted(frames):
             scene.frame_set(frame)
             projections.append(project(read_sky(scene), windowing))
     write_light(read_sky(scene), projections[0])

@@ -10,16 +10,20 @@ import bpy
 
 from ..core.errors import PRTError
 from .light import FRAMES, RECORD, REPAINTED, has_light, is_keyframed, is_projected
-from .sky import read_world
+from .sky import Sky, read_world
 from .sky_identity import identity
 
 
 @dataclass(frozen=True)
 class LightState:
-    """Whether a world's light still is its sky's: one phrase. Only what follows its nodes can be `stale`."""
+    """Whether a world's light still is its sky's: one phrase. Only what follows its nodes can be `stale`.
+
+    not_followed: what needs another projection although the light follows nodes, each a part of a sentence.
+    """
 
     stale: bool
     text: str
+    not_followed: tuple[str, ...] = ()
 
 
 def light_state(world: Any) -> LightState:
@@ -29,12 +33,12 @@ def light_state(world: Any) -> LightState:
         world: a World or None; may be an evaluated one, where a depsgraph and not the file says what it is now.
     """
     if not has_light(world):
-        return LightState(False, "No SH light on the world yet")
+        return LightState(False, "No light yet: project the world")
     if not is_projected(world.original):
-        return LightState(False, "Imported: it follows no nodes")
+        return LightState(False, "Light was imported: it follows no nodes")
     record = world.original[RECORD]
     if is_keyframed(world.original):
-        return LightState(False, "Keyframed, frames {} to {}".format(*record[FRAMES]))
+        return LightState(False, "Light is keyframed, frames {} to {}".format(*record[FRAMES]))
     try:
         sky = read_world(world)
     except PRTError as error:
@@ -48,7 +52,13 @@ def light_state(world: Any) -> LightState:
         "its strength comes from elsewhere": (sky.strength.node.name if sky.strength else "") != record["strength"],
     }
     why = ", ".join(reason for reason, changed in changes.items() if changed)
-    return LightState(bool(why), f"Stale: {why}" if why else "Fresh")
+    return LightState(bool(why), f"Light is stale: {why}" if why else "Light is fresh", tuple(_not_followed(sky)))
+
+
+def _not_followed(sky: Sky) -> list[str]:
+    """What drivers do not reach, and what to do about it."""
+    insertable = ["its rotation is followed once Project World has inserted a Mapping node"] if sky.entry else []
+    return insertable + sky.not_followed
 
 
 def note_repainted(world: bpy.types.World, image: bpy.types.Image) -> None:

@@ -43,7 +43,7 @@ def baked_objects(context: bpy.types.Context) -> list[bpy.types.Object]:
     """
     objects = [ob for ob in gather.objects_to_bake(context) if transport_layers.is_baked(ob.data)]
     if not objects:
-        raise MeshError("None of these objects is baked: bake one (prt.bake), then report on it.")
+        raise MeshError("None of these objects is baked: press Bake PRT (prt.bake), then report.")
     return objects
 
 
@@ -106,7 +106,7 @@ def sky_as_projected(scene: bpy.types.Scene) -> tuple[npt.NDArray[np.float32], n
     sky = read_sky(scene)
     if not light.has_light(scene.world) or not light.is_projected(scene.world):
         raise LightError(
-            f"World '{scene.world.name}' carries no light that follows its sky: project it first (prt.project_light)."
+            f"World '{scene.world.name}' carries no light that follows its sky: press Project World (prt.project_light)."
         )
     bpy.context.view_layer.update()  # the drivers' latest word
     return sky_picture(sky), light.read_turn(scene.world)

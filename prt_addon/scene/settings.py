@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Settings, defined once: as a scene's property group, and as the properties of the operators that use them."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -54,7 +55,8 @@ class BakeProperties:
     )
     tolerance: FloatProperty(  # type: ignore[valid-type]
         name="Tolerance",
-        description="If above zero: bounce until no coefficient changes by as much, whatever the number of bounces",
+        description="0: bounce as often as Bounces says. Above 0, such as 0.001: until no coefficient changes by as much, "
+        "at most 100 times",
         default=0.0,
         min=0.0,
         soft_max=0.01,
@@ -135,15 +137,81 @@ class LightProperties:
     )
 
 
+REPORT_PARTS = [
+    ("SAMPLING", "Sampling", "Noise of the bake's own rays, which more samples take away"),
+    ("TRUNCATION", "Truncation", "What nine coefficients lose of this sky, and what other orders would"),
+    ("TESSELLATION", "Tessellation", "What interpolation between vertices loses, which a finer mesh takes away"),
+    (
+        "END_TO_END",
+        "End to End",
+        "EEVEE's picture against Cycles', from the active camera: takes as long as three frames",
+    ),
+]
+
+
+class ReportProperties:
+    """Mixin of how carefully a report measures."""
+
+    points: IntProperty(  # type: ignore[valid-type]
+        name="Points",
+        description="Random points of each object's surface: four times as many halve the intervals",
+        default=256,
+        min=16,
+        max=1 << 20,
+        soft_max=4096,
+    )
+    paths: IntProperty(  # type: ignore[valid-type]
+        name="Paths",
+        description="Paths per point that find the truth, twice; up to 16 times as many until it has converged",
+        default=256,
+        min=16,
+        max=1 << 16,
+        soft_max=4096,
+    )
+    seed: IntProperty(name="Seed", description="Another draw of points and paths", default=0, min=0)  # type: ignore[valid-type]
+    picture_size: IntProperty(  # type: ignore[valid-type]
+        name="Picture Size",
+        description="Longer side of the compared pictures, in pixels; at most the scene's own",
+        default=640,
+        min=16,
+        max=1 << 14,
+        subtype="PIXEL",
+    )
+    picture_samples: IntProperty(  # type: ignore[valid-type]
+        name="Picture Samples",
+        description="Samples per pixel of each of Cycles' two pictures",
+        default=64,
+        min=1,
+        max=1 << 16,
+        soft_max=1024,
+    )
+
+
+@dataclass(frozen=True)
+class ReportSettings:
+    """The same as plain data."""
+
+    points: int
+    paths: int
+    seed: int
+    picture_size: int
+    picture_samples: int
+
+
+class PRT_PG_report(ReportProperties, bpy.types.PropertyGroup):
+    """Settings of the report, stored with the scene."""
+
+
 class PRT_PG_settings(BakeProperties, PrepareProperties, RunProperties, LightProperties, bpy.types.PropertyGroup):
     """Settings of the extension, stored with the scene."""
 
     auto_light: BoolProperty(  # type: ignore[valid-type]
-        name="Auto",
+        name="Follow World",
         description="Project the world again when its pictures or nodes change. Its rotation and strength are followed live "
         "anyway, without a new projection",
         default=True,
     )
+    report: PointerProperty(type=PRT_PG_report, name="Report", description="Settings of the report")  # type: ignore[valid-type]
 
 
 class PRT_PG_object(bpy.types.PropertyGroup):
@@ -159,27 +227,32 @@ class PRT_PG_object(bpy.types.PropertyGroup):
 
 def bake_settings(scene: bpy.types.Scene, operator: bpy.types.Operator) -> BakeSettings:
     """The operator's own properties where they were given, the scene's where not."""
-    return BakeSettings(**_values(BakeProperties, scene, operator))
+    return BakeSettings(**_values(BakeProperties, scene.prt, operator))
 
 
 def preparation(scene: bpy.types.Scene, operator: bpy.types.Operator) -> Preparation:
     """What may be done to meshes: the operator's own properties where they were given, the scene's where not."""
-    return Preparation(**_values(PrepareProperties, scene, operator))
+    return Preparation(**_values(PrepareProperties, scene.prt, operator))
 
 
 def windowing(scene: bpy.types.Scene, operator: bpy.types.Operator) -> Windowing:
     """What to do against ringing: the operator's own properties where they were given, the scene's where not."""
-    return Windowing(**_values(LightProperties, scene, operator))
+    return Windowing(**_values(LightProperties, scene.prt, operator))
+
+
+def report_settings(scene: bpy.types.Scene, operator: bpy.types.Operator) -> ReportSettings:
+    """How carefully to measure: the operator's own properties where they were given, the scene's where not."""
+    return ReportSettings(**_values(ReportProperties, scene.prt.report, operator))
 
 
 def run_settings(scene: bpy.types.Scene, operator: bpy.types.Operator) -> Run:
     """How a bake is carried out."""
-    return Run(memory=_value("memory", scene, operator) * _MIB)
+    return Run(memory=_value("memory", scene.prt, operator) * _MIB)
 
 
 def checkpoints(scene: bpy.types.Scene, operator: bpy.types.Operator) -> Path | None:
     """The folder of the checkpoints, if any are wanted."""
-    path = _value("checkpoint_dir", scene, operator)
+    path = _value("checkpoint_dir", scene.prt, operator)
     return absolute_path(path) if path else None
 
 
@@ -194,24 +267,25 @@ def absolute_path(path: str) -> Path:
     return Path(bpy.path.abspath(path))
 
 
-def _values(mixin: type, scene: bpy.types.Scene, operator: bpy.types.Operator) -> dict[str, Any]:
-    return {name: _value(name, scene, operator) for name in mixin.__annotations__}
+def _values(mixin: type, stored: bpy.types.PropertyGroup, operator: bpy.types.Operator) -> dict[str, Any]:
+    return {name: _value(name, stored, operator) for name in mixin.__annotations__}
 
 
-def _value(name: str, scene: bpy.types.Scene, operator: bpy.types.Operator) -> Any:
-    return getattr(operator if operator.properties.is_property_set(name) else scene.prt, name)
+def _value(name: str, stored: bpy.types.PropertyGroup, operator: bpy.types.Operator) -> Any:
+    return getattr(operator if operator.properties.is_property_set(name) else stored, name)
 
 
-_GROUPS = ((PRT_PG_settings, bpy.types.Scene), (PRT_PG_object, bpy.types.Object))
+_register_classes, _unregister_classes = bpy.utils.register_classes_factory(
+    (PRT_PG_report, PRT_PG_settings, PRT_PG_object)
+)
 
 
 def register() -> None:
-    for group, owner in _GROUPS:
-        bpy.utils.register_class(group)
-        owner.prt = PointerProperty(type=group, name="PRT")
+    _register_classes()
+    bpy.types.Scene.prt = PointerProperty(type=PRT_PG_settings, name="PRT")
+    bpy.types.Object.prt = PointerProperty(type=PRT_PG_object, name="PRT")
 
 
 def unregister() -> None:
-    for group, owner in reversed(_GROUPS):
-        del owner.prt
-        bpy.utils.unregister_class(group)
+    del bpy.types.Scene.prt, bpy.types.Object.prt
+    _unregister_classes()

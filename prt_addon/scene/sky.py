@@ -76,14 +76,19 @@ class Sky:
     @property
     def following(self) -> str:
         """What is followed and what is not, for the person; part of a sentence."""
-        told = self.still
-        if self.mapping:
-            told = f"its rotation is followed through '{self.mapping.name}'"
-        elif self.entry:
-            told = "its rotation is followed through the Mapping node that was inserted"
-        if self.strength:
-            return told
-        return f"{told}; its strength cannot be followed: that takes one Background node, with a number or a Value node"
+        through = f"'{self.mapping.name}'" if self.mapping else "the Mapping node that was inserted"
+        turns = [f"its rotation is followed through {through}"] if self.mapping or self.entry else []
+        return "; ".join(turns + self.not_followed)
+
+    @property
+    def not_followed(self) -> list[str]:
+        """What cannot be followed and why, each a part of a sentence."""
+        told = [self.still] if self.still else []
+        if not self.strength:
+            told.append(
+                "its strength cannot be followed: that takes one Background node, with a number or a Value node"
+            )
+        return told
 
 
 def read_sky(scene: bpy.types.Scene) -> Sky:

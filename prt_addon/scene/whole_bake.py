@@ -84,13 +84,15 @@ class WholeBake:
         """Whether a group is baked, and not only bounces light at those that are."""
         return any(group is receivers.group for receivers in self.plan.receivers)
 
-    def write(self, context: bpy.types.Context, results: Sequence[npt.NDArray[np.float32]]) -> list[tuple[str, str]]:
+    def write(
+        self, context: bpy.types.Context, results: Sequence[npt.NDArray[np.float32]]
+    ) -> tuple[list[str], list[str]]:
         """Write the transport of all groups of the plan, and light and shading if asked for.
 
         Into the scene that was read, whichever the window shows by now.
 
         Returns:
-            Sentences for the person, each with its kind: WARNING or INFO.
+            Sentences for the person: warnings, and what else there is to know.
 
         Raises:
             PRTError: before anything is written, if the scene is no longer what was read.
@@ -103,7 +105,9 @@ class WholeBake:
         with context.temp_override(scene=scene, view_layer=layer):
             return self._write(context, results)
 
-    def _write(self, context: bpy.types.Context, results: Sequence[npt.NDArray[np.float32]]) -> list[tuple[str, str]]:
+    def _write(
+        self, context: bpy.types.Context, results: Sequence[npt.NDArray[np.float32]]
+    ) -> tuple[list[str], list[str]]:
         objects = [_still_there(bpy.data.objects, "Object", name) for name in self._names]
         here = sky.read_sky(context.scene) if self._light else None  # refuses before writing, as all that follows
         if here and self._light:
@@ -134,7 +138,7 @@ class WholeBake:
             light.write_light(here, self._light)
             notes += self._light.sentences
         warnings = shading.add_shading(objects) if self._with_shading else []
-        return [*(("WARNING", warning) for warning in warnings), *(("INFO", note) for note in notes)]
+        return warnings, notes
 
 
 def _still_there(collection: Any, kind: str, name: str) -> Any:

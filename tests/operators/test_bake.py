@@ -100,10 +100,22 @@ def test_a_world_that_was_swapped_during_the_bake_gives_its_own_light(blender, p
     stage.environment(stage.picture("Other", stage.six_coloured_sky(16)[::-1]))
     bake.write(blender.context, part("core.bake").bake_all(bake.plan.groups, bake.plan.occluders, settings))
     light, state = part("scene.light"), part("scene.light_state")
-    assert not light.has_light(former) and state.light_state(scene.world).text == "Fresh"
+    assert not light.has_light(former) and state.light_state(scene.world).text == "Light is fresh"
     baked = light.read_light(scene.world)
     blender.ops.prt.project_light()
     np.testing.assert_array_equal(light.read_light(scene.world), baked)
+
+
+def test_warnings_are_not_lost_behind_the_last_word(blender, scene, stage, capfd):
+    """The status bar shows that one alone, so it counts them."""
+    stage.object_of("Cube", stage.cube()).select_set(True)
+    for count in range(3):
+        capfd.readouterr()
+        blender.ops.prt.bake(mode="SHADOWED", samples=4)
+        [told] = [line for line in capfd.readouterr().out.splitlines() if "Baked" in line]
+        said = ("", " 1 warning: see the Info editor.", " 2 warnings: see the Info editor.")[count]
+        assert told.endswith(f"rays.{said}")
+        stage.object_of("Hidden", stage.cube(), None, (9, 0, 0)).hide_viewport = True
 
 
 def test_own_layers_survive(blender, part, scene, stage):

@@ -330,6 +330,18 @@ def test_reports(blender, part, three, bake, capfd):
     assert "(8 samples, now 3).\nInfo: 1 object(s): 1 stale." in capfd.readouterr().out
 
 
+def test_a_script_may_ask_for_an_error(blender, three, bake):
+    """That names what is stale, and nothing else."""
+    floor, ball, _ = three
+    bake("SHADOWED", floor, ball)
+    assert blender.ops.prt.check(fail_if_stale=True) == {"FINISHED"}
+    shift(ball)
+    blender.context.view_layer.update()
+    with pytest.raises(RuntimeError, match="Stale: 'Ball', 'Floor'"):
+        blender.ops.prt.check(fail_if_stale=True)
+    assert blender.ops.prt.check() == {"FINISHED"}
+
+
 def test_modifiers_and_edit_mode(blender, three, bake, stale):
     """What is evaluated counts; looking from Edit Mode leaves the person there and finds their edits."""
     floor, ball, _ = three

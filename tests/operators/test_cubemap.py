@@ -168,7 +168,7 @@ def test_light_is_windowed_like_any_other(blender, part, scene, stage, tmp_path)
         blender.ops.prt.import_cubemap(directory=str(folder), **given)
         stored = part("scene.light").read_light(scene.world)
         np.testing.assert_allclose(stored, whole if given else whole * factors, rtol=0, atol=1e-9)
-        assert part("scene.light_state").light_state(scene.world).text == "Fresh"
+        assert part("scene.light_state").light_state(scene.world).text == "Light is fresh"
 
 
 def test_size_of_the_panorama(blender, scene, tmp_path):

@@ -34,6 +34,17 @@ def test_picture_beside_the_sky(blender, part, scene, stage, sky, tmp_path):
         assert np.median(error) < 0.003 * seen.max() and (error > 0.02 * seen.max()).sum() <= 8
 
 
+def test_picture_is_put_where_it_can_be_seen(blender, sky, capfd):
+    """In an Image Editor; without one it is said where to look."""
+    blender.ops.prt.show_light()
+    assert "Open it in an Image Editor." in capfd.readouterr().out
+    area = blender.context.screen.areas[0]
+    area.type = "IMAGE_EDITOR"
+    blender.ops.prt.show_light()
+    assert "Image Editor" not in capfd.readouterr().out
+    assert area.spaces.active.image == blender.data.images["PRT Light of Sky"]
+
+
 def test_picture_of_any_nodes(blender, part, scene, stage, tmp_path):
     """A gradient, which only Blender can evaluate, is on the left as Cycles shows it."""
     import panorama
@@ -130,7 +141,7 @@ def test_one_probe_at_the_cursor(blender, part, scene, stage, sky, tmp_path):
         blender.ops.prt.bake(mode="UNSHADOWED")
         assert np.array_equal(layers.read(probe), before)
         assert cube.data["prt_bake"]["mode"] == "UNSHADOWED"
-        blender.ops.prt.report(points=16, samples=16, filepath=str(tmp_path / "report.json"))
+        blender.ops.prt.report(points=16, paths=16, filepath=str(tmp_path / "report.json"))
     cube.select_set(False)
     scene.objects["PRT Light Probe"].select_set(False)
     blender.ops.prt.remove()
@@ -162,6 +173,6 @@ def test_small_picture_follows_the_light(blender, part, scene, sky):
 @pytest.mark.parametrize("kind", ["PICTURE", "PROBE"])
 def test_nothing_to_show(blender, scene, kind):
     """Refused with what to do."""
-    with pytest.raises(RuntimeError, match="project the world first"):
+    with pytest.raises(RuntimeError, match="press Project World"):
         blender.ops.prt.show_light(kind=kind)
     assert not scene.objects[:] and not len(blender.data.images)

@@ -9,7 +9,7 @@ import pytest
 
 WITH_SUN = {"city", "interior", "night", "sunrise", "sunset"}
 WITHOUT = {"courtyard", "studio"}
-FEW = {"points": 64, "samples": 32}
+FEW = {"points": 64, "paths": 32}
 
 
 @pytest.fixture
@@ -157,7 +157,7 @@ def test_suns_of_photographs_are_told(blender, scene, stage, report, name):
     stage.object_of("Floor", stage.grid(2, 3.0), None, (0, 0, -1.0))
     ob.select_set(True)
     blender.ops.prt.bake(mode="SHADOWED", samples=64)
-    document = report(samples=256)
+    document = report(paths=256)
     truncation = document["all"]["truncation"]
     assert truncation["reference_interval"] < 0.02 and truncation["reference_converged"]
     assert ("The sun carries" in document["all"]["advice"]["truncation"]) == (name in WITH_SUN)
@@ -182,7 +182,7 @@ def test_parts_add_up_to_the_error_of_the_picture(blender, scene, stage, report,
         build(stage)
     blender.ops.prt.bake(mode=mode, samples=samples, bounces=2)
     document = report(
-        parts={"SAMPLING", "TRUNCATION", "TESSELLATION", "END_TO_END"}, points=512, samples=64, picture_samples=64
+        parts={"SAMPLING", "TRUNCATION", "TESSELLATION", "END_TO_END"}, points=512, paths=64, picture_samples=64
     )
     found = [document["all"][part]["relative_rms"] for part in ("sampling", "truncation", "tessellation")]
     together = np.sqrt(sum(number["value"] ** 2 for number in found))
@@ -257,6 +257,18 @@ def test_file_lies_beside_the_blend(blender, scene, room, tmp_path):
     assert json.loads((tmp_path / "scene.prt_report.json").read_text())["scene"] == blender.context.scene.name
 
 
+def test_settings_come_from_the_scene_unless_given(blender, scene, room, tmp_path):
+    """And the name of the file is kept as it was given, points and all."""
+    room(2)
+    blender.ops.prt.bake(mode="UNSHADOWED")
+    scene.prt.report.points, scene.prt.report.paths = 32, 16
+    for given, points in (({}, 32), ({"points": 48}, 48)):
+        blender.ops.prt.report(filepath=str(tmp_path / "report_v1.2"), **given)
+        [floor] = json.loads((tmp_path / "report_v1.2.json").read_text())["objects"]
+        assert floor["points"] == points
+    assert scene.prt.report.points == 32
+
+
 def test_no_path_is_relative_to_a_file_that_was_never_saved(blender, scene, room):
     """Wherever the process happens to run is no place to write to."""
     room(2)
@@ -303,10 +315,10 @@ def refusals(blender, scene, part):
         "nothing baked": (blender.ops.prt.remove, "None of these objects is baked"),
         "edited": (lambda: crumple(floor.data), "does not fit its mesh"),
         "other space": (lambda: setattr(floor.prt, "space", "OBJECT"), "baked for 'Scene' and is now set to 'Object'"),
-        "no light": (lambda: part("scene.light").remove_light(scene.world), "prt.project_light"),
+        "no light": (lambda: part("scene.light").remove_light(scene.world), "press Project World"),
         "no world": (lambda: setattr(scene, "world", None), "has no world"),
         "no camera": (lambda: setattr(scene, "camera", None), "has no camera"),
-        "no shading": (blender.ops.prt.remove_shading, "prt.add_shading"),
+        "no shading": (blender.ops.prt.remove_shading, "press Add Shading"),
     }
 
 

@@ -72,7 +72,7 @@ EDITS = {
 @pytest.mark.parametrize("auto", [True, False])
 @pytest.mark.parametrize("edit", EDITS)
 def test_edits_of_the_sky_are_followed_or_told(blender, scene, stage, light, state, edit, auto):
-    """With Auto, the light is the new sky's at the next update; without, it is called stale until it is projected."""
+    """With Follow World, the light is the new sky's at the next update; without, it is stale until it is projected."""
     world, mapping = stage.environment(constant(stage, 1.0))
     blender.ops.prt.project_light()
     blender.context.view_layer.update()
@@ -261,7 +261,7 @@ def test_windows(blender, part, scene, stage, light, window):
 
 
 def test_sun_of_a_sky_is_followed_frame_by_frame(blender, scene, stage, light, state):
-    """Its rotation is no turn that a driver can read: with Auto, the frame's own sky is projected."""
+    """Its rotation is no turn that a driver can read: with Follow World, the frame's own sky is projected."""
     world = graph(stage, "sun disc")
     sky = node_of(world, "ShaderNodeTexSky")
     sky.sun_size = np.radians(20)
@@ -282,7 +282,7 @@ def test_sun_of_a_sky_is_followed_frame_by_frame(blender, scene, stage, light, s
 
 
 def test_animated_render_shows_each_frames_sky(blender, scene, stage, tmp_path):
-    """A background render with the extension and Auto: the sky of each frame is projected before it is drawn."""
+    """A background render with the extension and Follow World: the sky of each frame is projected before it is drawn."""
     import headless
 
     stage.object_of("Ball", stage.icosphere(2), stage.diffuse())
@@ -312,5 +312,6 @@ def test_auto_inserts_no_nodes(blender, scene, stage, state):
     count = len(tree.nodes)
     blender.context.view_layer.update()
     assert len(tree.nodes) == count and not state().stale
+    assert ["Project World" in told for told in state().not_followed] == [True]
     blender.ops.prt.project_light()
-    assert len(tree.nodes) == count + 2 and not state().stale
+    assert len(tree.nodes) == count + 2 and not state().stale and not state().not_followed

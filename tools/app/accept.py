@@ -31,8 +31,8 @@ def main() -> None:
         batch()
         first_day(display)
         disabled_while_baking(display)
-    legible("at_100_percent", 1.0, (1280, 2400))
-    legible("at_200_percent", 2.0, (1800, 4700))
+    legible("at_100_percent", 1.0, (1280, 2700))
+    legible("at_200_percent", 2.0, (1800, 5300))
     without_ray_caster()
     print("The application accepts it. Look at the pictures.")
 
@@ -157,7 +157,7 @@ def remove_what_was_saved(display: Display, baked: object, turned: object) -> No
         open_tab(window)
         render_view(window)  # Blender opens no file with it
         portraits(window)
-        window.click_text("Remove Everything")
+        window.click_text("Remove PRT")
         window.wait(lambda now: now["baked"] == 0, "removal")
         window.press_at_rest("ctrl+s")
         window.wait(lambda now: now["saved"], "the file to be saved")
@@ -280,7 +280,7 @@ def picture_of_view(window: Window, name: str) -> Path:
 
 def portraits(window: Window) -> None:
     """The pictures of the pages: the window, and its panels after a bake, a check and a report."""
-    window.click_text("Check")
+    window.click_text("Check Bakes")
     window.find("fresh when last checked")
     window.hover_view()
     window.settle()
@@ -297,8 +297,8 @@ def portraits(window: Window) -> None:
 
 
 def unfold(window: Window, panel: str) -> None:
-    """Click on a panel's name, and let it slide open."""
-    window.click_text(panel)
+    """Click on a panel's name, and let it slide open: the last of these words, as others may speak of them before."""
+    window.click_text(panel, last=True)
     window.hover_view()
     window.settle()
 

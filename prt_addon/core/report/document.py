@@ -110,6 +110,14 @@ def picture_report(found: Apart, flip: float | None) -> Json:
     }
 
 
+def advice_lines(document: Json) -> list[str]:
+    """What a report says to do, a line per part."""
+    lines = list(document.get("all", {}).get("advice", {}).values())
+    if "end_to_end" in document:
+        lines += [line for line in (document["end_to_end"]["advice"], document["end_to_end"]["note"]) if line]
+    return lines
+
+
 def estimate(number: Estimate) -> Json:
     """A number and its interval; null where there was nothing to measure."""
     return {"value": _plain(number.value), "low": _plain(number.low), "high": _plain(number.high)}
