@@ -46,7 +46,7 @@ class BakeProperties:
         description="Rays per vertex; four times as many rays leave about a third of the noise",
         default=256,
         min=1,
-        max=1 << 16,
+        max=1 << 17,
         soft_min=16,
         soft_max=4096,
     )

@@ -53,10 +53,10 @@ def test_a_job_is_its_shards_and_then_a_merge():
 
 def test_numbers_travel_whole():
     """What Python reads is what the person set."""
-    settings = {**SETTINGS, "shards": 1, "bounces": 7, "tolerance": 0.00125, "seed": 2**31 - 1, "samples": 1 << 16}
+    settings = {**SETTINGS, "shards": 1, "bounces": 7, "tolerance": 0.00125, "seed": 2**31 - 1, "samples": 1 << 17}
     for task in compiled(SCRIPT, settings)["tasks"]:
         [code] = [argument for argument in task["commands"][0]["line"] if "bpy.ops.prt" in argument]
-        assert "samples=65536, bounces=7, tolerance=0.00125, seed=2147483647" in code
+        assert "samples=131072, bounces=7, tolerance=0.00125, seed=2147483647" in code
 
 
 @pytest.mark.parametrize(
