@@ -159,12 +159,14 @@ def find_buried(
     inside = is_dark(direct)
     if inside.any():
         inside &= _touches_light(inside, edges)
+    workers.progress(0)  # on large meshes each of these steps takes a moment: a cancel should not wait for all
     candidates = np.flatnonzero(inside)
     if not len(candidates):
         return inside
     inside[candidates] = around.backs(receivers[candidates], seed, workers) > _BACKS
     ends_inside = inside[edges]
     region = _regions(edges[ends_inside.all(axis=1)], len(receivers))
+    workers.progress(0)
     out = edges[ends_inside[:, 0] != ends_inside[:, 1]]
     out = np.where(inside[out[:, :1]], out, out[:, ::-1])  # from the inside outwards
     start, end = receivers.points[out[:, 0]], receivers.points[out[:, 1]]
@@ -172,6 +174,7 @@ def find_buried(
     crossed = around.pass_through_a_back(
         start + lift * receivers.normals[out[:, 0]], end + lift * receivers.normals[out[:, 1]]
     )
+    workers.progress(0)
     ways_out = np.bincount(region[out[:, 0]], minlength=len(receivers))
     through = np.bincount(region[out[:, 0]], crossed, len(receivers))
     return inside & ((ways_out > 0) & (through >= _CROSSED * ways_out))[region]
