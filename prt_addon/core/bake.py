@@ -156,6 +156,7 @@ def _kept_or_traced(
 
     def trace_now() -> tuple[Traced, Findings]:
         findings: Findings = []
+        run.workers.progress(0)  # to compare a large scene with those that were kept takes a moment
 
         def note(group: ReceiverGroup, sentence: str) -> None:
             findings.append((numbers[id(group)], sentence))

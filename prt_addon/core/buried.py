@@ -158,15 +158,14 @@ def find_buried(
     """
     inside = is_dark(direct)
     if inside.any():
-        inside &= _touches_light(inside, edges)
-    workers.progress(0)  # on large meshes each of these steps takes a moment: a cancel should not wait for all
+        inside &= _touches_light(inside, edges, workers)
+    workers.progress(0)  # each of these steps takes a moment on large meshes: a cancel should not wait for all
     candidates = np.flatnonzero(inside)
     if not len(candidates):
         return inside
     inside[candidates] = around.backs(receivers[candidates], seed, workers) > _BACKS
     ends_inside = inside[edges]
-    region = _regions(edges[ends_inside.all(axis=1)], len(receivers))
-    workers.progress(0)
+    region = _regions(edges[ends_inside.all(axis=1)], len(receivers), workers)
     out = edges[ends_inside[:, 0] != ends_inside[:, 1]]
     out = np.where(inside[out[:, :1]], out, out[:, ::-1])  # from the inside outwards
     start, end = receivers.points[out[:, 0]], receivers.points[out[:, 1]]
@@ -186,23 +185,24 @@ def is_dark(direct: Float32) -> Bools:
     return dark
 
 
-def _touches_light(dark: Bools, edges: Ints) -> Bools:
+def _touches_light(dark: Bools, edges: Ints, workers: Workers) -> Bools:
     """(N,) whether the dark region a receiver is in touches light: a closed room need not be looked at."""
     ends_dark = dark[edges]
-    region = _regions(edges[ends_dark.all(axis=1)], len(dark))
+    region = _regions(edges[ends_dark.all(axis=1)], len(dark), workers)
     touches = np.zeros(len(dark), dtype=np.bool_)
     touches[region[edges[ends_dark[:, 0] != ends_dark[:, 1]]]] = True
     found: Bools = touches[region]
     return found
 
 
-def _regions(edges: Ints, count: int) -> Int64:
+def _regions(edges: Ints, count: int, workers: Workers = ALL_CORES) -> Int64:
     """(count,) the lowest index of all that edges (E, 2) connect each with.
 
     Every round hooks the roots of neighbouring trees, then shortens all paths (Shiloach & Vishkin 1982).
     """
     root = np.arange(count)
     while True:
+        workers.progress(0)
         ends = root[edges]
         ends = ends[ends[:, 0] != ends[:, 1]]
         if not len(ends):
