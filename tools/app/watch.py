@@ -30,6 +30,7 @@ def state():
         "file": bpy.data.filepath,
         "enabled": hasattr(bpy.types.Scene, "prt"),
         "saved": not bpy.data.is_dirty,
+        "shading": area.spaces.active.shading.type,
         "view": box(regions["WINDOW"], window),
         "header": box(regions["HEADER"], window),
         "sidebar": box(sidebar, window) if sidebar.width > 1 else None,
