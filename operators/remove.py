@@ -19,9 +19,7 @@ class PRT_OT_remove(bpy.types.Operator):
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
-        objects = gather.selected_meshes(context) or [
-            ob for ob in context.scene.objects if ob.type == "MESH" and not probe.is_probe(ob.data)
-        ]
+        objects = gather.selected_meshes(context) or list(filter(gather.is_subject, context.scene.objects))
         for ob in objects:
             transport_layers.check_removable(ob)
         shading.check_relit_materials(objects)

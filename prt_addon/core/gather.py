@@ -255,9 +255,8 @@ def _thinned(packed: Packed, starts: Int64, number: int) -> tuple[Int64, Int64]:
     count = np.diff(starts)
     taken = -(-count // THIN)
     thin_starts = np.concatenate([[0], np.cumsum(taken)])
-    random = packed.take(starts[:-1], mode="clip") & _KEEN_BITS
-    random = random * np.uint64(0x9E3779B97F4A7C15) + np.uint64(number * 0x9E3779B97F4A7C15 % (1 << 64))
-    first = (random >> np.uint64(48)).astype(np.int64)
+    random = (packed.take(starts[:-1], mode="clip") & _KEEN_BITS) + np.uint64(number)
+    first = (random * np.uint64(0x9E3779B97F4A7C15) >> np.uint64(48)).astype(np.int64)
     place = np.arange(thin_starts[-1]) - np.repeat(thin_starts[:-1], taken)
     at = ((place << 16) + np.repeat(first, taken)) * np.repeat(count, taken) // np.repeat(taken << 16, taken)
     return at + np.repeat(starts[:-1], taken), thin_starts

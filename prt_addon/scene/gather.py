@@ -73,14 +73,19 @@ def renderable_objects(view_layer: bpy.types.ViewLayer) -> set[bpy.types.Object]
     return found
 
 
+def is_subject(ob: bpy.types.Object) -> bool:
+    """Whether an object is a mesh that may be baked: light probes are none."""
+    return ob.type == "MESH" and not is_probe(ob.data)
+
+
 def selected_meshes(context: bpy.types.Context) -> list[bpy.types.Object]:
     """The selected objects that are meshes."""
     return [ob for ob in context.selected_objects if ob.type == "MESH"]
 
 
 def chosen_meshes(context: bpy.types.Context) -> list[bpy.types.Object]:
-    """The selected meshes that may be baked: light probes are none. Cheap enough to be drawn."""
-    return [ob for ob in selected_meshes(context) if not is_probe(ob.data)]
+    """The selected meshes that may be baked. Cheap enough to be drawn."""
+    return list(filter(is_subject, context.selected_objects))
 
 
 def objects_to_bake(context: bpy.types.Context) -> list[bpy.types.Object]:
@@ -92,9 +97,7 @@ def objects_to_bake(context: bpy.types.Context) -> list[bpy.types.Object]:
     chosen = chosen_meshes(context)
     if not chosen:
         shown = renderable_objects(context.view_layer)
-        chosen = [
-            ob for ob in shown if ob.type == "MESH" and not is_probe(ob.data) and (ob.data.polygons or ob.modifiers)
-        ]
+        chosen = [ob for ob in shown if is_subject(ob) and (ob.data.polygons or ob.modifiers)]
     if not chosen:
         raise MeshError(f"Scene '{context.scene.name}' has no mesh to bake: select one, or make one visible to render.")
     return sorted(chosen, key=lambda ob: ob.name_full)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bounced light, held against closed forms, a dense matrix, and a path tracer that shares none of its code."""
+"""Bounced light, held against closed forms and a path tracer that shares none of its code."""
 
 from dataclasses import replace
 from statistics import NormalDist
@@ -12,102 +12,20 @@ from embreex.rtcore_scene import EmbreeScene
 from prt_addon.core import casting, sh
 from prt_addon.core import gather as gather_module
 from prt_addon.core import transport as transport_module
-from prt_addon.core.albedo import Albedo, CornerColours, TexturePatch
+from prt_addon.core.albedo import Albedo, TexturePatch
 from prt_addon.core.bake import bake, bounce
 from prt_addon.core.casting import trace_groups
 from prt_addon.core.errors import Cancelled
 from prt_addon.core.gather import Gather
 from prt_addon.core.hits import trace
-from prt_addon.core.inputs import BakeSettings, Occluders, ReceiverGroup
+from prt_addon.core.inputs import BakeSettings, Occluders
 from prt_addon.core.interreflection import interreflected
 from prt_addon.core.parallel import Workers
 from prt_addon.core.raycast import RayScene
 from prt_addon.core.run import Run
 from prt_addon.core.spill import in_file
-from prt_addon.core.transport import Pattern, Receivers, shadowed
-
-SETTINGS = BakeSettings("INTERREFLECTED", samples=64, seed=3)
-
-
-def panel(origin, right, up, count):
-    """A flat grid of count x count vertices; its front looks along right x up."""
-    s, t = (axis.ravel()[:, None] for axis in np.meshgrid(*[np.linspace(0, 1, count)] * 2, indexing="ij"))
-    points = np.asarray(origin) + s * np.asarray(right) + t * np.asarray(up)
-    index = np.arange(count * count).reshape(count, count)
-    a, b, c, d = (part.ravel() for part in (index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]))
-    normal = np.cross(right, up)
-    normals = np.tile(normal / np.linalg.norm(normal), (len(points), 1))
-    return points, normals, np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
-
-
-def scene_of(panels, colours):
-    """Groups, one per panel, and occluders whose corners show their own vertices."""
-    groups = [ReceiverGroup(f"panel {i}", points, normals, 2.0) for i, (points, normals, _) in enumerate(panels)]
-    first = np.cumsum([0, *(len(group) for group in groups)])
-    triangles = np.concatenate([panel[2] + start for panel, start in zip(panels, first, strict=False)])
-    constant = np.repeat(np.asarray(colours, dtype=np.float32), [len(panel[2]) for panel in panels], axis=0)
-    vertices = np.concatenate([group.points for group in groups])
-    return groups, Occluders(vertices, triangles.astype(np.int32), triangles.astype(np.int64), Albedo(constant))
-
-
-def corner(count, colours=((0.8, 0.8, 0.8), (0.8, 0.1, 0.1), (0.6, 0.6, 0.6))):
-    """A white floor, a red wall that stands off it by a gap, and an overhang that looks down."""
-    return scene_of(
-        [
-            panel((0, -1, 0), (2, 0, 0), (0, 2, 0), count),
-            panel((-0.3, -1, 0.1), (0, 2, 0), (0, 0, 1.5), count),
-            panel((0.4, -0.5, 0.9), (0, 1, 0), (1.2, 0, 0), count),
-        ],
-        colours,
-    )
-
-
-def room(count):
-    """A white room with a slit in the lid: nearly all light has bounced often."""
-    floor, lid = panel((-1, -1, 0), (2, 0, 0), (0, 2, 0), count), panel((-1, -1, 2), (0, 2, 0), (1.1, 0, 0), count)
-    walls = [
-        panel((-1, -1, 0), (0, 2, 0), (0, 0, 2), count),
-        panel((1, -1, 0), (0, 0, 2), (0, 2, 0), count),
-        panel((-1, -1, 0), (0, 0, 2), (2, 0, 0), count),
-        panel((-1, 1, 0), (2, 0, 0), (0, 0, 2), count),
-    ]
-    return scene_of([floor, *walls, lid], [[0.9] * 3] * 6)
-
-
-def patterned(occluders):
-    """The same scene with a checkered floor and a wall whose colour runs: triangles in thirds, as `corner` has them."""
-    third = len(occluders.triangles) // 3
-    uv = occluders.vertices[occluders.triangles[:third], :2].astype(np.float32)
-    checker = np.random.default_rng(1).random((8, 8, 3), dtype=np.float32)
-    wall = np.random.default_rng(2).random((third, 3, 3), dtype=np.float32)
-    patterns = TexturePatch(np.arange(third), uv, checker), CornerColours(np.arange(third, 2 * third), wall)
-    return replace(occluders, albedo=Albedo(occluders.albedo.constant, patterns))
-
-
-def inside_sphere(rings=12, segments=24):
-    """The inside of a closed sphere: scene, a receiver a little before each vertex, and its triangles."""
-    polar, azimuth = np.linspace(0, np.pi, rings + 1)[1:-1], 2 * np.pi * np.arange(segments) / segments
-    polar, azimuth = (angle.ravel() for angle in np.meshgrid(polar, azimuth, indexing="ij"))
-    ring = np.stack([np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth), np.cos(polar)], 1)
-    vertices = np.concatenate([ring, [[0, 0, 1], [0, 0, -1]]])
-    index = np.arange(len(ring)).reshape(rings - 1, segments)
-    after = np.roll(index, -1, axis=1)
-    a, b, c, d = (part.ravel() for part in (index[:-1], index[1:], after[1:], after[:-1]))
-    north, south = np.full(segments, len(ring)), np.full(segments, len(ring) + 1)
-    outward = [(a, b, c), (a, c, d), (north, index[0], after[0]), (south, after[-1], index[-1])]
-    triangles = np.concatenate([np.stack(triangle, 1) for triangle in outward])[:, ::-1]
-    scene = RayScene(vertices, triangles.astype(np.int32))
-    return scene, receivers_at(scene.normalised(vertices * 0.9), -vertices), triangles
-
-
-def receivers_at(points, normals):
-    return Receivers(points, normals, np.arange(len(points)), np.full(len(points), 1e-4))
-
-
-def gather_of(scene, receivers, corner_receiver, albedo, samples=64, seed=0):
-    returns = np.ones(len(corner_receiver), dtype=bool)
-    direct, hits = trace(scene, receivers, samples, seed, returns)
-    return direct, Gather(hits, albedo, corner_receiver)
+from prt_addon.core.transport import shadowed
+from tests.core.bouncing import SETTINGS, corner, gather_of, inside_sphere, panel, patterned, receivers_at, scene_of
 
 
 @pytest.mark.parametrize("rho", [0.25, 0.8])
@@ -130,17 +48,6 @@ def test_tolerance_stops_early_and_bounces_are_then_ignored():
     np.testing.assert_allclose(loose, interreflected(lamp, gather, bounces=4), rtol=1e-6)  # 0.5**4 < 0.1
 
 
-def test_no_bounce_creates_energy():
-    groups, occluders = corner(10)
-    for albedo in (occluders.albedo, patterned(occluders).albedo):
-        traced = trace_groups(groups, occluders, SETTINGS)
-        gather = Gather(traced.hits, albedo, occluders.corner_receiver)
-        rows = gather(np.ones((len(traced.direct), gather.channels, 9), dtype=np.float32))
-        assert rows.min() >= 0.0
-        assert rows.max() <= 1.0 + 1e-6
-    assert (rows[: len(groups[0])] > 0.05).any()
-
-
 def test_series_rises_and_stays_below_the_open_sky():
     """Two white planes that face each other: the first coefficient is a sum of positive terms, each less than the last."""
     groups, occluders = scene_of(
@@ -152,93 +59,6 @@ def test_series_rises_and_stays_below_the_open_sky():
     assert (steps >= 0.0).all()
     assert (steps[1:].max(axis=(1, 2)) < steps[:-1].max(axis=(1, 2))).all()
     assert sums[-1].max() < sh.basis([0.0, 0.0, 1.0])[0] * (1 + 1e-6)
-
-
-def test_gather_is_the_matrix_it_claims_to_be():
-    """Against a dense matrix, built ray by ray in float64 from the definition."""
-    groups, occluders = corner(5)
-    occluders = patterned(occluders)
-    scene = RayScene(occluders.vertices, occluders.triangles)
-    points, normals = (np.concatenate([getattr(group, name) for group in groups]) for name in ("points", "normals"))
-    receivers = receivers_at(scene.normalised(points), normals)
-    rays = Pattern(128, 5).rays(receivers)
-    hits = scene.hits(rays.origins, rays.directions)
-    lit = np.flatnonzero((hits.triangle >= 0) & hits.front)
-    triangle, u, v = hits.triangle[lit], hits.u[lit], hits.v[lit]
-    weight = np.stack([1 - u - v, u, v], 1)[:, :, None] * occluders.albedo.at(triangle, u, v)[:, None, :] / 128
-    dense = np.zeros((len(points), len(points), 3))
-    np.add.at(dense, (np.repeat(lit // 128, 3), occluders.corner_receiver[triangle].ravel()), weight.reshape(-1, 3))
-    state = np.random.default_rng(0).random((len(points), 3, 9), dtype=np.float32)
-    _, gather = gather_of(scene, receivers, occluders.corner_receiver, occluders.albedo, 128, 5)
-    np.testing.assert_allclose(gather(state), np.einsum("xyc,yck->xck", dense, state), atol=2e-5)
-
-
-def test_choice_of_a_corner_keeps_the_energy_and_the_mean(monkeypatch):
-    """One corner for three: the same light where all return the same, and on average wherever the light runs.
-
-    Under a ramp, each receiver's error is a sum of random choices; their mean has no more than its own standard error.
-    """
-    groups, occluders = corner(24)
-    hits = trace_groups(groups, occluders, replace(SETTINGS, samples=256)).hits
-
-    def both(state):
-        results = []
-        for limit in (0.0, np.inf):
-            monkeypatch.setattr(gather_module, "_FINE", limit)
-            results.append(Gather(hits, occluders.albedo, occluders.corner_receiver)(state))
-        return results
-
-    exact, chosen = both(np.ones((len(hits), 3, 9), dtype=np.float32))
-    np.testing.assert_allclose(chosen, exact, rtol=1e-5)
-    ramp = np.concatenate([group.points for group in groups]) @ np.random.default_rng(0).normal(size=(3, 9))
-    exact, chosen = both(np.repeat(ramp[:, None, :], 3, axis=1).astype(np.float32))
-    receives = exact[:, 0].any(axis=1)
-    error = (chosen - exact)[receives]
-    assert error.std() > 1e-4
-    assert np.abs(error.mean(axis=0) / error.std(axis=0)).max() < 4.0 / np.sqrt(receives.sum())
-
-
-@pytest.mark.parametrize("count", [9, 25])
-def test_choice_of_a_corner_is_lost_in_the_noise_of_the_rays(monkeypatch, count):
-    """A quarter of that noise would lengthen the error by a thirtieth."""
-    groups, occluders = corner(count)
-    settings = replace(SETTINGS, samples=256)
-    traced = [trace_groups(groups, occluders, replace(settings, seed=seed)) for seed in (0, 1)]
-    usual = np.concatenate(bounce(traced[0], occluders, settings))
-    monkeypatch.setattr(gather_module, "_FINE", 0.0)
-    exact, other = (np.concatenate(bounce(one, occluders, settings)) for one in traced)
-    noise = np.std(exact - other) / np.sqrt(2)
-    assert 0.0 < np.std(usual - exact) < 0.25 * noise
-
-
-@pytest.mark.parametrize("scenery, share", [(corner, 0.25), (room, 0.5)])
-@pytest.mark.parametrize("count", [3, 9, 25])
-def test_thin_bounces_are_lost_in_the_noise_of_the_rays(monkeypatch, scenery, count, share):
-    """All bounces but the last read a quarter of the hits: a share of the noise lengthens the error by half its square."""
-    groups, occluders = scenery(count)
-    settings = replace(SETTINGS, samples=256, bounces=20)
-    traced = [trace_groups(groups, occluders, replace(settings, seed=seed)) for seed in (0, 1)]
-    usual = np.concatenate(bounce(traced[0], occluders, settings))
-    monkeypatch.setattr(gather_module, "THIN", 1)
-    whole, other = (np.concatenate(bounce(one, occluders, settings)) for one in traced)
-    noise = np.std(whole - other) / np.sqrt(2)
-    assert 0.0 < np.std(usual - whole) < share * noise
-
-
-def test_thin_bounces_keep_the_energy():
-    groups, occluders = corner(10)
-    occluders = patterned(occluders)
-    traced = trace_groups(groups, occluders, replace(SETTINGS, samples=30))
-    plain = Albedo(occluders.albedo.constant)
-    white = np.ones((len(traced.direct), 3, 9), dtype=np.float32)
-    for albedo, closeness in ((plain, 0.02), (occluders.albedo, 0.05)):
-        gather = Gather(traced.hits, albedo, occluders.corner_receiver)
-        thin, whole = gather(white, thin=0), gather(white)
-        assert thin.max() <= 1.0 + 1e-6
-        np.testing.assert_array_equal(thin.any(axis=(1, 2)), whole.any(axis=(1, 2)))
-        np.testing.assert_allclose(thin.mean(axis=0), whole.mean(axis=0), rtol=closeness)
-    one_colour = Gather(traced.hits, Albedo(np.full_like(plain.constant, 0.5)), occluders.corner_receiver)
-    np.testing.assert_allclose(one_colour(white[:, :1], thin=3), one_colour(white[:, :1]), rtol=1e-5)
 
 
 def test_corners_without_receiver_return_nothing():
