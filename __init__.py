@@ -4,10 +4,11 @@
 from __future__ import annotations
 
 from . import operators, ui
-from .prt_addon import bake_job, handlers
-from .prt_addon.scene import settings
+from .prt_addon import handlers
+from .prt_addon.scene import preferences, settings
+from .prt_addon.worker.job import end_engine
 
-_PARTS = (settings, handlers, operators, ui)
+_PARTS = (preferences, settings, handlers, operators, ui)
 
 
 def register() -> None:
@@ -16,6 +17,6 @@ def register() -> None:
 
 
 def unregister() -> None:
-    bake_job.unregister()
+    end_engine()
     for part in reversed(_PARTS):
         part.unregister()

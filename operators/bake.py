@@ -7,8 +7,8 @@ from typing import Any
 import bpy
 from bpy.props import BoolProperty
 
-from ..prt_addon.bake_job import BakeJob, whole_bake
 from ..prt_addon.core.pieces import PieceFolder, Question
+from ..prt_addon.scene.preferences import engine_patience
 from ..prt_addon.scene.settings import (
     BakeProperties,
     LightProperties,
@@ -21,6 +21,7 @@ from ..prt_addon.scene.settings import (
     windowing,
 )
 from ..prt_addon.scene.whole_bake import WholeBake
+from ..prt_addon.worker.job import Job, whole_bake
 from .job import JobOperator
 
 
@@ -38,7 +39,7 @@ class WholeBakeOperator(JobOperator, BakeProperties, PrepareProperties, LightPro
         """Where what the rays find is kept."""
         raise NotImplementedError
 
-    def _begin(self, context: bpy.types.Context) -> BakeJob[Any]:
+    def _begin(self, context: bpy.types.Context) -> Job[Any]:
         scene = context.scene
         settings = bake_settings(scene, self)
         self._bake = whole = WholeBake(
@@ -50,13 +51,14 @@ class WholeBakeOperator(JobOperator, BakeProperties, PrepareProperties, LightPro
         )
         self._warn(whole.plan.warnings)
         run = replace(run_settings(scene, self), pieces=self._pieces(context, whole.question))
-        return whole_bake(whole.plan.groups, whole.plan.occluders, settings, scene.render.threads, run)
+        plan, threads = whole.plan, scene.render.threads
+        return whole_bake(plan.groups, plan.occluders, settings, run, threads, engine_patience(context))
 
     def _end(self, context: bpy.types.Context, result: Any) -> None:
         assert self._job
-        warnings, notes = self._bake.write(context, result)
+        warnings, notes = self._bake.write(context, result.transport)
         self._warn(warnings)
-        notes += [finding for group, finding in self._job.findings if self._bake.concerns(group)]
+        notes += [finding for number, finding in result.findings if self._bake.concerns(number)]
         for note in notes:
             self.report({"INFO"}, note)
         self._conclude(f"Baked {self._bake.summary}, {self._job.total:,} rays.")

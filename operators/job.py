@@ -3,15 +3,14 @@
 
 import signal
 import sys
-import threading
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import bpy
 
-from ..prt_addon.bake_job import BakeJob, running_job
 from ..prt_addon.core.errors import Interrupted
+from ..prt_addon.worker.job import Job, end_engine, running_job
 from .reporting import reports_errors
 
 _TICK = 0.1  # seconds
@@ -35,18 +34,20 @@ class WhenIdle:
 
 
 class JobOperator(WhenIdle):
-    """Mixin of operators that work in a `BakeJob`. They say how it begins and what is done with its result.
+    """Mixin of operators that work in a `Job` of the engine. They say how it begins and what is done with its result.
 
     They are not for the redo panel (no REGISTER): it shows their defaults in place of the scene's settings, and bakes again,
     while the window waits, whenever it is touched.
     """
 
-    _job: BakeJob[Any] | None = None
+    _activity = "Baking PRT"
+    """What the status bar calls it."""
+    _job: Job[Any] | None = None
     _warnings = 0
     if TYPE_CHECKING:  # what every operator has
         report: Any
 
-    def _begin(self, context: bpy.types.Context) -> BakeJob[Any]:
+    def _begin(self, context: bpy.types.Context) -> Job[Any]:
         """Read all that the job needs; whatever is wrong is said before any work."""
         raise NotImplementedError
 
@@ -56,7 +57,7 @@ class JobOperator(WhenIdle):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Work to the end: for scripts and background."""
-        with _ctrl_c(signal.default_int_handler):
+        with _ctrl_c(_interrupt_once):
             started = self._run(context)
         if started != {"RUNNING_MODAL"}:
             return started
@@ -77,7 +78,7 @@ class JobOperator(WhenIdle):
         """Look after the job: begin it, draw its progress, stop it on Esc, take its result."""
         if event.type == "ESC" and event.value == "PRESS" and self._job:
             self._job.cancel()
-            return {"RUNNING_MODAL"}
+            return {"RUNNING_MODAL"}  # the next tick ends it
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
         state = {"CANCELLED"}
@@ -90,9 +91,8 @@ class JobOperator(WhenIdle):
 
     def cancel(self, context: bpy.types.Context) -> None:
         """Blender ends the operator itself: another file is loaded, or the window closes."""
-        if self._job:
-            self._job.cancel()
-            self._job.wait()
+        if self._job and self._job.running:
+            end_engine()
         stop_watching(context)
 
     def _warn(self, warnings: Iterable[str]) -> None:
@@ -109,11 +109,13 @@ class JobOperator(WhenIdle):
 
     def _step(self, context: bpy.types.Context) -> set[str]:
         """What is to be done at each tick."""
-        if self._job and not self._job.running:
-            return self._finish(context)
+        if self._job:
+            self._job.step()
+            if not self._job.running:
+                return self._finish(context)
         state = {"RUNNING_MODAL"} if self._job else self._start(context)
         if self._job:
-            context.workspace.status_text_set(f"Baking PRT: {self._job.text}  (Esc cancels)")
+            context.workspace.status_text_set(f"{self._activity}: {self._job.text}  (Esc cancels)")
             _redraw(context)
         return state
 
@@ -132,11 +134,8 @@ class JobOperator(WhenIdle):
             if self._job:
                 _watch_on_terminal(self._job)
         except KeyboardInterrupt:
-            job = running_job()
-            if job:
-                job.cancel()
-                job.wait()
-            raise Interrupted("The bake was interrupted; nothing was changed.") from None
+            end_engine()  # whatever it was told or was saying is cut off
+            raise Interrupted("Interrupted; nothing was changed.") from None
         return started
 
     @reports_errors
@@ -147,7 +146,7 @@ class JobOperator(WhenIdle):
 
 
 class PRT_OT_cancel(bpy.types.Operator):
-    """Stop the bake that runs; meshes, materials and world stay as they are"""
+    """Stop the bake or report that runs; meshes, materials and world stay as they are"""
 
     bl_idname = "prt.cancel"
     bl_label = "Cancel Bake"
@@ -189,17 +188,27 @@ def _redraw(context: bpy.types.Context) -> None:
 @contextmanager
 def _ctrl_c(handler: Any) -> Iterator[None]:
     """How Ctrl-C is answered in background, where the Blender application has an answer that Python never hears of."""
-    if not bpy.app.background or threading.current_thread() is not threading.main_thread():
+    if not bpy.app.background:
         yield
         return
-    before = signal.signal(signal.SIGINT, handler)
+    try:
+        before = signal.signal(signal.SIGINT, handler)
+    except ValueError:  # a script's own thread, which no signal reaches
+        yield
+        return
     try:
         yield
     finally:
         signal.signal(signal.SIGINT, before or signal.SIG_DFL)
 
 
-def _watch_on_terminal(job: BakeJob[Any]) -> None:
+def _interrupt_once(_signal: int, _frame: Any) -> None:
+    """A second Ctrl-C must not break what the first one began."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    raise KeyboardInterrupt
+
+
+def _watch_on_terminal(job: Job[Any]) -> None:
     """A progress bar where someone can see it: on a terminal, in background."""
     bar = _progress_bar(job.total) if bpy.app.background else None
     while job.running:

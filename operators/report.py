@@ -9,32 +9,26 @@ from typing import Any
 import bpy
 from bpy.props import BoolProperty, EnumProperty, StringProperty
 
-from ..prt_addon.core.parallel import Workers
 from ..prt_addon.core.report.document import PARTS, VERSION, advice_lines, picture_report, surface_report
-from ..prt_addon.core.report.findings import Effort, find
-from ..prt_addon.core.report.heat import receiver_errors
-from ..prt_addon.core.report.subject import Light
+from ..prt_addon.core.report.findings import Effort
 from ..prt_addon.scene import compare, heat_map, report
 from ..prt_addon.scene.freshness import freshness
-from ..prt_addon.scene.modes import object_mode
-from ..prt_addon.scene.settings import (
-    REPORT_PARTS,
-    ReportProperties,
-    ReportSettings,
-    absolute_path,
-    report_settings,
-)
-from .job import WhenIdle
-from .progress import counted
-from .reporting import reports_errors
+from ..prt_addon.scene.modes import Place, found_again, object_mode
+from ..prt_addon.scene.preferences import engine_patience
+from ..prt_addon.scene.settings import REPORT_PARTS, ReportProperties, absolute_path, report_settings
+from ..prt_addon.worker import tasks
+from ..prt_addon.worker.job import Job
+from .job import JobOperator
 
 
-class PRT_OT_report(WhenIdle, ReportProperties, bpy.types.Operator):
+class PRT_OT_report(JobOperator, ReportProperties, bpy.types.Operator):
     """Measure how far the selected bakes (all render-visible ones if none is selected) are from the truth, and why"""
 
     bl_idname = "prt.report"
     bl_label = "Report"
     bl_options = {"UNDO"}
+
+    _activity = "Measuring"
 
     parts: EnumProperty(  # type: ignore[valid-type]
         name="Parts",
@@ -58,53 +52,61 @@ class PRT_OT_report(WhenIdle, ReportProperties, bpy.types.Operator):
         options={"PATH_SUPPORTS_BLEND_RELATIVE", "SKIP_SAVE"},
     )
 
-    @reports_errors
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        scene, settings = context.scene, report_settings(context.scene, self)
+    def _begin(self, context: bpy.types.Context) -> Job[Any]:
+        scene, self._settings = context.scene, report_settings(context.scene, self)
+        self._place = Place.of(context)
         objects = report.baked_objects(context)
         if "END_TO_END" in self.parts:
             compare.check_pictures(scene, objects)
-        light = report.read_light(scene)
-        stale = _stale(context, objects)
-        for sentence in stale:
-            self.report({"WARNING"}, sentence)
-        path = self._path()
-        document: dict[str, Any] = {"version": VERSION, "scene": scene.name, "stale": stale}
+        self._light = light = report.read_light(scene)
+        self._stale = _stale(context, objects)
+        self._warn(self._stale)
+        self._file = self._path()
+        self._file.parent.mkdir(parents=True, exist_ok=True)
         with object_mode(context):
-            baked = report.read_baked(context, objects)
-            path.parent.mkdir(parents=True, exist_ok=True)
-            document |= self._surface(baked, light, settings, scene.render.threads)
-        if "END_TO_END" in self.parts:
-            document["end_to_end"] = self._pictures(context, baked, settings, path)
-        path.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
-        report.keep(scene, document)
-        for line in advice_lines(document):
+            self._baked = report.read_baked(context, objects)
+        effort = Effort(self._settings.points, self._settings.paths, self._settings.seed)
+        return Job(
+            tasks.measure,
+            [one.subject for one in self._baked],
+            light,
+            effort,
+            bool(self.parts & set(PARTS)),
+            self.heat_map,
+            total=len(self._baked),
+            threads=scene.render.threads,
+            patience=engine_patience(context),
+            doing="measuring",
+        )
+
+    def _end(self, context: bpy.types.Context, result: list[tasks.Measured]) -> None:
+        with self._place.again(context):
+            self._write(context, result)
+        for line in advice_lines(self._document):
             self.report({"INFO"}, line)
-        self.report({"INFO"}, f"Wrote '{path}'.")
-        return {"FINISHED"}
+        self._conclude(f"Wrote '{self._file}'.")
 
-    def _surface(
-        self, baked: list[report.Baked], light: Light, settings: ReportSettings, threads: int
-    ) -> dict[str, Any]:
-        """All but the pictures; and the heat maps, which an earlier report may have left."""
-        workers, effort = Workers(threads), Effort(settings.points, settings.paths, settings.seed)
-        measured = self.parts & set(PARTS)
-        found = []
-        for one in counted(baked):
-            if measured:
-                found.append(find(one.subject, light, effort, workers))
-            heat_map.remove(one.ob.data)
-            if self.heat_map:
-                heat_map.write(one.ob.data, one.receivers, receiver_errors(one.subject, light, settings.seed, workers))
-        return surface_report(found, light.suns.share, measured) if found else {}
+    def _write(self, context: bpy.types.Context, result: list[tasks.Measured]) -> None:
+        objects = [found_again(bpy.data.objects, "Object", one.name) for one in self._baked]
+        document: dict[str, Any] = {"version": VERSION, "scene": context.scene.name, "stale": self._stale}
+        if found := [one.findings for one in result if one.findings]:
+            document |= surface_report(found, self._light.suns.share, self.parts & set(PARTS))
+        with object_mode(context):
+            for ob, baked, measured in zip(objects, self._baked, result, strict=True):
+                heat_map.remove(ob.data)  # of an earlier report
+                if measured.errors is not None:
+                    heat_map.write(ob.data, baked.receivers, measured.errors)
+        if "END_TO_END" in self.parts:
+            document["end_to_end"] = self._pictures(context, objects)
+        self._file.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+        report.keep(context.scene, document)
+        self._document = document
 
-    def _pictures(
-        self, context: bpy.types.Context, baked: list[report.Baked], settings: ReportSettings, path: Path
-    ) -> dict[str, Any]:
-        bounces = max(one.subject.bounce_count for one in baked)
-        pictures = compare.Pictures(settings.picture_size, settings.picture_samples, bounces)
-        difference = path.with_name(f"{path.stem}_difference.exr")
-        found = compare.compare_engines(context, [one.ob for one in baked], pictures, difference)
+    def _pictures(self, context: bpy.types.Context, objects: list[bpy.types.Object]) -> dict[str, Any]:
+        bounces = max(one.subject.bounce_count for one in self._baked)
+        pictures = compare.Pictures(self._settings.picture_size, self._settings.picture_samples, bounces)
+        difference = self._file.with_name(f"{self._file.stem}_difference.exr")
+        found = compare.compare_engines(context, objects, pictures, difference)
         return picture_report(found.apart, found.flip) | {"difference": str(difference)}
 
     def _path(self) -> Path:

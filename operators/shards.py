@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING, Any
 import bpy
 from bpy.props import IntProperty
 
-from ..prt_addon.bake_job import BakeJob
-from ..prt_addon.core.bake import trace_shard
 from ..prt_addon.core.errors import ShardError
 from ..prt_addon.core.pieces import PieceFolder, Question, Shard
 from ..prt_addon.core.run import PLAINLY
+from ..prt_addon.scene.preferences import engine_patience
 from ..prt_addon.scene.settings import (
     BakeProperties,
     MemoryProperties,
@@ -20,6 +19,8 @@ from ..prt_addon.scene.settings import (
     preparation,
 )
 from ..prt_addon.scene.whole_bake import WholeBake
+from ..prt_addon.worker import tasks
+from ..prt_addon.worker.job import Job
 from .bake import WholeBakeOperator
 from .folder import FolderBrowser, folder_property
 from .job import JobOperator
@@ -64,7 +65,7 @@ class PRT_OT_bake_shard(ShardOperator, BakeProperties, PrepareProperties, bpy.ty
     )
     _choices = ("index", "count")
 
-    def _begin(self, context: bpy.types.Context) -> BakeJob[Any]:
+    def _begin(self, context: bpy.types.Context) -> Job[Any]:
         folder, shard = self._folder(), Shard(self.index, self.count)
         settings = bake_settings(context.scene, self)
         if settings.mode == "UNSHADOWED":
@@ -75,11 +76,16 @@ class PRT_OT_bake_shard(ShardOperator, BakeProperties, PrepareProperties, bpy.ty
         self._warn(whole.plan.warnings)
         groups, occluders = whole.plan.groups, whole.plan.occluders
         span = shard.span(whole.question.receivers)
-        return BakeJob(
-            lambda run: trace_shard(groups, occluders, settings, shard, run),
-            settings.samples * (span.stop - span.start),
-            context.scene.render.threads,
+        return Job(
+            tasks.shard,
+            groups,
+            occluders,
+            settings,
+            shard,
+            total=settings.samples * (span.stop - span.start),
             run=replace(PLAINLY, pieces=PieceFolder(folder, whole.question, shard)),
+            threads=context.scene.render.threads,
+            patience=engine_patience(context),
         )
 
     def _end(self, _context: bpy.types.Context, _result: Any) -> None:

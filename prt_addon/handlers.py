@@ -12,13 +12,13 @@ from __future__ import annotations
 import bpy
 from bpy.app.handlers import persistent
 
-from .bake_job import running_job
 from .core.errors import PRTError
 from .scene.light import has_light, windowing_of, write_light
 from .scene.light_state import light_state, note_repainted
 from .scene.projection import project
 from .scene.shading import follow_base_colour
 from .scene.sky import read_world
+from .worker.job import end_engine, running_job
 
 _PAUSE = 0.2
 """Seconds without a change of the sky before it is projected again."""
@@ -99,7 +99,17 @@ def _project(world: bpy.types.World, now: bpy.types.World) -> None:
         _busy = False
 
 
-_HANDLERS = ((bpy.app.handlers.depsgraph_update_post, _on_edit), (bpy.app.handlers.frame_change_post, _on_frame))
+@persistent
+def _on_load(_path: str) -> None:
+    """Another file is loaded: what the engine keeps is of no more use."""
+    end_engine()
+
+
+_HANDLERS = (
+    (bpy.app.handlers.depsgraph_update_post, _on_edit),
+    (bpy.app.handlers.frame_change_post, _on_frame),
+    (bpy.app.handlers.load_pre, _on_load),
+)
 
 
 def register() -> None:

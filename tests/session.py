@@ -21,6 +21,7 @@ def inventory():
     found["presets"] = len(bpy.utils.preset_paths("prt/bake"))
     found["menu entries"] = len(getattr(bpy.types.VIEW3D_MT_object.draw, "_draw_funcs", [None]))
     found["threads"] = threading.active_count()
+    found["preferences"] = bpy.context.preferences.addons.get(headless.PACKAGE) is not None
     return found
 
 
@@ -35,11 +36,11 @@ def bake():
 
 def long_job():
     """A bake that runs until it is stopped."""
-    part = sys.modules[f"{headless.PACKAGE}.prt_addon.bake_job"]
+    part = sys.modules[f"{headless.PACKAGE}.prt_addon.worker.job"]
     gather = sys.modules[f"{headless.PACKAGE}.prt_addon.scene.gather"]
     plan = gather.gather(bpy.context, [bpy.data.objects["Ball"]])
     settings = sys.modules[f"{headless.PACKAGE}.prt_addon.core.inputs"].BakeSettings(samples=1 << 18)
-    job = part.whole_bake(plan.groups, plan.occluders, settings, 2)
+    job = part.whole_bake(plan.groups, plan.occluders, settings)
     job.start()
     return job
 
@@ -64,10 +65,12 @@ def main():
         bake()
 
     job = long_job()
-    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     assert job.running and not bpy.ops.prt.bake.poll()
     assert bpy.ops.prt.cancel() == {"FINISHED"}
     job.wait(20.0)
+    job = long_job()
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)  # ends it
+    assert not job.running and bpy.ops.prt.bake.poll()
     bake()
 
     job = long_job()

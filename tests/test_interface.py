@@ -162,7 +162,7 @@ def test_what_is_greyed_out_says_why(blender, part, scene, stage):
     stage.object_of("Ball", stage.icosphere(5))
     plan = part("scene.gather").gather(blender.context, list(scene.objects))
     settings = part("core.inputs").BakeSettings(samples=1 << 14)
-    job = part("bake_job").whole_bake(plan.groups, plan.occluders, settings, 2)
+    job = part("worker.job").whole_bake(plan.groups, plan.occluders, settings, threads=2)
     job.start()
     with pytest.raises(RuntimeError, match="A bake is running"):
         blender.ops.prt.bake()

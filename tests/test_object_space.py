@@ -190,9 +190,9 @@ def test_company_is_shadowed_and_all_rays_are_counted(blender, part, scene, stag
     roof.prt.space = "SCENE"
     plan = part("scene.gather").gather(blender.context, [ground, roof])
     settings = part("core.inputs").BakeSettings(samples=64)
-    job = part("bake_job").whole_bake(plan.groups, plan.occluders, settings, 1)
+    job = part("worker.job").whole_bake(plan.groups, plan.occluders, settings, threads=1)
     job.start()
-    assert [len(transport) for transport in job.result()] == [4, 4]
+    assert [len(transport) for transport in job.result().transport] == [4, 4]
     assert job.done == job.total == 8 * 64
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import bpy
 
-from ..prt_addon.bake_job import running_job
 from ..prt_addon.core import raycast
 from ..prt_addon.scene import gather
+from ..prt_addon.worker.job import running_job
 from .presets import PRT_PT_bake_presets
 from .tab import Tab, draw_text
 

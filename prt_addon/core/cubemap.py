@@ -18,7 +18,7 @@ from . import sh
 from .envmap import project_equirect, srgb_to_linear
 from .equirect import texel_directions
 from .errors import PictureError
-from .parallel import ALL_CORES
+from .parallel import IN_LINE
 from .rotation import rotation_matrix
 
 Array = npt.NDArray[np.float64]
@@ -151,7 +151,7 @@ def to_equirect(faces: Faces, table: Table = "OPENGL", height: int | None = None
         picture[rows] = found.reshape(-1, finer, 2 * height, finer, 3).mean(axis=(1, 3))
         return 0
 
-    ALL_CORES.run(height, max(1, _TEXELS_AT_A_TIME // (2 * height * finer * finer)), fill)
+    IN_LINE.run(height, max(1, _TEXELS_AT_A_TIME // (2 * height * finer * finer)), fill)
     return picture
 
 
@@ -190,7 +190,7 @@ def _corrected(picture: Picture, lacking: Array, power: int) -> Picture:
         corrected[rows] = picture[rows] + scale * (picture[rows] / scale) ** power * factor
         return 0
 
-    ALL_CORES.run(height, max(1, _TEXELS_AT_A_TIME // (2 * height)), fill)
+    IN_LINE.run(height, max(1, _TEXELS_AT_A_TIME // (2 * height)), fill)
     return corrected
 
 

@@ -34,6 +34,10 @@ class ShardError(PRTError):
     """Shards of a bake that are missing, or do not belong together."""
 
 
+class EngineError(PRTError):
+    """The engine's process could not be started, or came to an end of its own."""
+
+
 class Interrupted(PRTError):
     """Ctrl-C; nothing was written."""
 
@@ -44,3 +48,7 @@ class NoRoom(PRTError):
 
 class Cancelled(PRTError):
     """The person asked to stop; nothing was written."""
+
+
+CANCELLED = "Cancelled; nothing was changed."
+"""What a `Cancelled` says."""

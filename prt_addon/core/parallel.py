@@ -6,8 +6,11 @@ from __future__ import annotations
 import os
 from collections import deque
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from concurrent.futures import Future
 
 Progress = Callable[[int], None]
 """Called in the baking thread with the number of rays done since the last call; may raise Cancelled."""
@@ -21,7 +24,7 @@ def ignore_progress(_rays: int) -> None:
 class Workers:
     """Threads that share the work, and who watches them: nothing that a result depends on.
 
-    threads: how many; all cores if None or 0.
+    threads: how many; all cores if None or 0. One works in the thread that gives the work.
     progress: called in the thread that gives the work; what it raises stops the work and comes out there.
     """
 
@@ -37,10 +40,18 @@ class Workers:
         Args:
             count: number of items.
             chunk: items per call.
-            work: called with a slice, in any thread; returns the rays it cast, which `progress` is told.
+            work: called with a slice, in any thread of these; returns the rays it cast, which `progress` is told.
         """
         threads = self.threads or os.cpu_count() or 1
         starts = iter(range(0, count, chunk))
+        if threads == 1:
+            for start in starts:
+                self.progress(work(slice(start, min(start + chunk, count))))
+            return
+        from concurrent.futures import (
+            ThreadPoolExecutor,  # not in Blender's process, where no thread of ours has a place
+        )
+
         pending: deque[Future[int]] = deque()
         with ThreadPoolExecutor(threads, thread_name_prefix="prt-bake") as pool:
 
@@ -62,3 +73,6 @@ class Workers:
 
 ALL_CORES = Workers()
 """All cores, and nobody who watches."""
+
+IN_LINE = Workers(1)
+"""For work in Blender's own process, where the extension starts no thread."""

@@ -36,7 +36,7 @@ SMALLEST_SKIP = 1e-5
 
 
 _BLOCK = 1 << 13
-"""Triangles that are handed over at once: embreex lets no other thread run meanwhile, and Blender's window would freeze."""
+"""Triangles that are handed over at once: a cancel is heard in between."""
 
 
 def is_available() -> bool:

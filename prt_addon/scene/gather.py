@@ -27,7 +27,7 @@ _RIGHT_ANGLE = 1e-3  # largest cosine between the axes of an object that counts 
 
 @dataclass(frozen=True)
 class BakePlan:
-    """Everything a bake needs, as arrays: no bpy data, so that a thread may work on it.
+    """Everything a bake needs, as arrays: no bpy data, so that another process can work on it.
 
     receivers: of the objects to bake, in their order; those of objects that may move have occluders of their own.
     bystanders: receivers of all else, which light bounces off; empty unless the mode bounces light.

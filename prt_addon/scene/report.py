@@ -28,9 +28,9 @@ LAST_REPORT = "prt_report"
 
 @dataclass(frozen=True)
 class Baked:
-    """One baked object: what is measured of it, and where its receivers show."""
+    """One baked object: its full name, what is measured of it, and where its receivers show."""
 
-    ob: bpy.types.Object
+    name: str
     subject: Subject
     receivers: ObjectReceivers
 
@@ -80,7 +80,7 @@ def read_baked(context: bpy.types.Context, objects: Sequence[bpy.types.Object]) 
             scenery,
             own_axes(evaluated.matrix_world) if group.own else np.eye(3),
         )
-        baked.append(Baked(ob, subject, receivers))
+        baked.append(Baked(ob.name_full, subject, receivers))
     return baked
 
 

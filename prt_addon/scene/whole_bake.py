@@ -4,18 +4,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import bpy
 import numpy as np
 import numpy.typing as npt
 
 from ..core import raycast
-from ..core.errors import MeshError
-from ..core.inputs import BakeSettings, ReceiverGroup
+from ..core.inputs import BakeSettings
 from ..core.pieces import Question
 from . import freshness, gather, light, prepare, shading, sky, transport_layers
-from .modes import object_mode
+from .modes import Place, found_again, object_mode
 from .prepare import Preparation
 from .projection import Windowing, project
 from .sky_identity import identity
@@ -65,7 +63,7 @@ class WholeBake:
         self.settings = settings
         self._allowed, self._with_shading = allowed, with_shading
         self._names = [ob.name_full for ob in objects]
-        self._place = context.scene.name, context.view_layer.name
+        self._place = Place.of(context)
 
     @property
     def summary(self) -> str:
@@ -80,9 +78,9 @@ class WholeBake:
         receivers = sum(map(len, self.plan.groups))
         return Question(self.plan.fingerprint, settings.mode, settings.samples, settings.seed, receivers)
 
-    def concerns(self, group: ReceiverGroup) -> bool:
-        """Whether a group is baked, and not only bounces light at those that are."""
-        return any(group is receivers.group for receivers in self.plan.receivers)
+    def concerns(self, number: int) -> bool:
+        """Whether a group of the plan is baked, and not only bounces light at those that are."""
+        return number < len(self.plan.receivers)
 
     def write(
         self, context: bpy.types.Context, results: Sequence[npt.NDArray[np.float32]]
@@ -97,18 +95,13 @@ class WholeBake:
         Raises:
             PRTError: before anything is written, if the scene is no longer what was read.
         """
-        scene_name, layer_name = self._place
-        scene = _still_there(bpy.data.scenes, "Scene", scene_name)
-        layer = _still_there(scene.view_layers, "View layer", layer_name)
-        if context.scene == scene and context.view_layer == layer:
-            return self._write(context, results)
-        with context.temp_override(scene=scene, view_layer=layer):
+        with self._place.again(context):
             return self._write(context, results)
 
     def _write(
         self, context: bpy.types.Context, results: Sequence[npt.NDArray[np.float32]]
     ) -> tuple[list[str], list[str]]:
-        objects = [_still_there(bpy.data.objects, "Object", name) for name in self._names]
+        objects = [found_again(bpy.data.objects, "Object", name) for name in self._names]
         here = sky.read_sky(context.scene) if self._light else None  # refuses before writing, as all that follows
         if here and self._light:
             light.check_world(here.world)
@@ -139,10 +132,3 @@ class WholeBake:
             notes += self._light.sentences
         warnings = shading.add_shading(objects) if self._with_shading else []
         return warnings, notes
-
-
-def _still_there(collection: Any, kind: str, name: str) -> Any:
-    found = collection.get(name)
-    if found is None:
-        raise MeshError(f"{kind} '{name}' was removed or renamed during the bake; nothing was changed.")
-    return found

@@ -75,7 +75,7 @@ def test_ctrl_c_on_the_command_line(blend):
 
     code, shown, said = on_a_terminal(baking(blend, f"mode='SHADOWED', samples={NOT_SOON}"), interrupt)
     assert asked and time.perf_counter() - asked[0] < 5.0
-    assert code == 1 and "interrupted; nothing was changed" in shown + said
+    assert code == 1 and "Interrupted; nothing was changed" in shown + said
     assert blend.read_bytes() == before
 
 

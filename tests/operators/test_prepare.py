@@ -141,24 +141,24 @@ def test_failure_leaves_the_file_as_it_was(blender, part, scene, stage, monkeypa
     ob = rounded(stage)
     twins(stage)
     before = datablocks(blender), ob.data.name
-    jobs, errors = part("bake_job"), part("core.errors")
+    jobs, errors = part("worker.job"), part("core.errors")
 
     def cancelled(*_):
-        raise errors.Cancelled("The bake was cancelled; nothing was changed.")
+        raise errors.Cancelled("Cancelled; nothing was changed.")
 
     with monkeypatch.context() as patch:
-        patch.setattr(jobs.BakeJob, "result", cancelled)
+        patch.setattr(jobs.Job, "result", cancelled)
         settings = {"mode": "SHADOWED", "samples": 16, "make_single_user": True, "apply_modifiers": True}
         assert blender.ops.prt.bake(**settings) == {"CANCELLED"}
     assert (datablocks(blender), ob.data.name) == before
 
-    result = jobs.BakeJob.result
+    result = jobs.Job.result
 
     def edited_meanwhile(job):
         ob.modifiers["Subdivision"].levels = 1
         return result(job)
 
-    monkeypatch.setattr(jobs.BakeJob, "result", edited_meanwhile)
+    monkeypatch.setattr(jobs.Job, "result", edited_meanwhile)
     with pytest.raises(RuntimeError, match="'Round' was edited during the bake"):
         blender.ops.prt.bake(**settings)
     assert (datablocks(blender), ob.data.name) == before

@@ -35,8 +35,8 @@ def merge(bpy, folder, **options):
 @pytest.fixture
 def forget(part):
     """Traces kept in memory would make it easy."""
-    part("bake_job")._kept.clear()
-    return part("bake_job")._kept.clear
+    part("worker.job").end_engine()
+    return part("worker.job").end_engine
 
 
 @pytest.mark.parametrize("mode", ["SHADOWED", "INTERREFLECTED"])

@@ -9,7 +9,7 @@ PACKAGE = "bl_ext.user_default.prt_relight"
 
 
 def disable():
-    job = importlib.import_module(f"{PACKAGE}.prt_addon.bake_job").running_job()
+    job = importlib.import_module(f"{PACKAGE}.prt_addon.worker.job").running_job()
     if not job or job.progress < 0.1:
         return 0.1
     return bpy.ops.preferences.addon_disable(module=PACKAGE) and None

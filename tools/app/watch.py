@@ -23,7 +23,7 @@ def state():
     [area] = [area for area in window.screen.areas if area.type == "VIEW_3D"]
     regions = {region.type: region for region in area.regions}
     sidebar = regions["UI"]
-    job = importlib.import_module(f"{PACKAGE}.prt_addon.bake_job").running_job()
+    job = importlib.import_module(f"{PACKAGE}.prt_addon.worker.job").running_job()
     mapping = [node for node in bpy.context.scene.world.node_tree.nodes if node.bl_idname == "ShaderNodeMapping"]
     return {
         "time": time.time(),

@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The engine's side of the conversation: reads a job, carries it out, answers; ends when Blender has, or asks for nothing.
+
+Blender sends `Job`s, one at a time, and while one is carried out `Continue` and `Cancel`. The engine answers `READY` once, then to
+each job `Progress` now and then and last `Result` or `Failure`. A `Progress` is sent once the one before was answered by
+`Continue`: Blender may be away for minutes, and a full pipe would hold up the bake.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+import traceback
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from multiprocessing.connection import Connection
+from typing import Any, NoReturn
+
+from ..core.errors import CANCELLED, Cancelled, EngineError, NoRoom, PRTError
+from ..core.kept import KeptTraces
+from ..core.parallel import Workers
+from ..core.run import Run
+from .channel import Channel
+
+READY = "ready"
+
+_PAUSE = 0.05
+"""Seconds between two words about progress."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """What is to be done.
+
+    task: one of `tasks`, called with the arguments and the run.
+    run: what of it is plain data; who watches and what is kept is the engine's business.
+    threads: that may be used; all cores if 0.
+    patience: seconds that the engine waits for another job afterwards before it ends.
+    """
+
+    task: Callable[..., Any]
+    arguments: tuple[Any, ...]
+    run: Run
+    threads: int
+    patience: float
+
+
+@dataclass(frozen=True)
+class Progress:
+    """Rays cast, and bounces as the number of rays that take as long, since the job began."""
+
+    rays: int
+    bounced: int
+
+
+class Continue:
+    """Blender has taken note."""
+
+
+class Cancel:
+    """The person asked to stop."""
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a job came to, and the last word about its progress."""
+
+    value: Any
+    progress: Progress
+
+
+@dataclass(frozen=True)
+class Failure:
+    """Why a job came to nothing."""
+
+    error: Exception
+
+
+def serve(handle: int) -> None:
+    """Serve the Blender at the other end of the connection until it hangs up."""
+    channel = Channel(_connection(handle))
+    kept = KeptTraces()
+    try:
+        channel.post(READY)
+        channel.flush()
+        patience: float | None = None
+        while job := channel.wait(patience):
+            if isinstance(job, Job):  # a word to a job that has just ended comes too late
+                channel.post(_answer(job, channel, kept))
+                channel.flush()
+                patience = job.patience
+    except (EOFError, OSError):
+        pass  # Blender is gone
+    _end()
+
+
+def _end() -> NoReturn:
+    """At once: threads that cast rays are not waited for."""
+    sys.stderr.flush()
+    os._exit(0)
+
+
+def _connection(handle: int) -> Connection:
+    if sys.platform == "win32":
+        from multiprocessing.connection import PipeConnection
+
+        return PipeConnection(handle)
+    return Connection(handle)
+
+
+def _answer(job: Job, channel: Channel, kept: KeptTraces) -> Result | Failure:
+    """Carry out a job."""
+    monitor = _Monitor(channel)
+    workers = Workers(job.threads, monitor.advance)
+    try:
+        monitor.advance(0)
+        run = replace(job.run, workers=workers, kept=kept, bounced=monitor.advance_bounces)
+        return Result(job.task(*job.arguments, run), monitor.progress)
+    except (PRTError, OSError) as error:
+        if isinstance(error, OSError) and error.filename is None:
+            return Failure(EngineError(f"The engine failed: {error.strerror or error}. Nothing was changed."))
+        return Failure(error)
+    except MemoryError:
+        kept.clear()
+        return Failure(
+            NoRoom(
+                "Memory ran out; nothing was changed. Set a lower Memory limit, or bake with fewer samples or objects."
+            )
+        )
+    except Exception as error:  # a mistake of ours: the console gets all of it, the person a sentence
+        traceback.print_exc()
+        return Failure(EngineError(f"The engine failed: {type(error).__name__}: {error}. Nothing was changed."))
+
+
+class _Monitor:
+    """Tells Blender of a job's progress, and listens whether it is to go on."""
+
+    def __init__(self, channel: Channel) -> None:
+        self._channel = channel
+        self._rays = self._bounced = 0
+        self._next, self._answered = 0.0, True
+
+    @property
+    def progress(self) -> Progress:
+        """How far the job is."""
+        return Progress(self._rays, self._bounced)
+
+    def advance(self, rays: int) -> None:
+        """Count rays.
+
+        Raises:
+            Cancelled: if the person asked to stop.
+        """
+        self._rays += rays
+        if time.monotonic() < self._next:
+            return
+        try:
+            self._talk()
+        except (EOFError, OSError):
+            _end()  # Blender is gone
+        self._next = time.monotonic() + _PAUSE
+
+    def _talk(self) -> None:
+        for word in self._channel.take(_PAUSE):
+            if isinstance(word, Cancel):
+                raise Cancelled(CANCELLED)
+            self._answered = True
+        if self._answered:
+            self._channel.post(self.progress)
+            self._channel.flush()
+            self._answered = False
+
+    def advance_bounces(self, rays: int) -> None:
+        """Count bounces."""
+        self._bounced += rays
