@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import bpy
 
 from ..prt_addon.core.errors import Interrupted
-from ..prt_addon.worker.job import Job, end_engine, running_job
+from ..prt_addon.worker.job import Job, end_engine, running_job, wake_engine
 from .reporting import reports_errors
 
 _TICK = 0.1  # seconds
@@ -121,6 +121,7 @@ class JobOperator(WhenIdle):
 
     @reports_errors
     def _start(self, context: bpy.types.Context) -> set[str]:
+        wake_engine()  # meanwhile the scene is read
         job = self._begin(context)
         job.start()
         self._job = job

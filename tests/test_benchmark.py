@@ -21,9 +21,15 @@ def results(tmp_path_factory):
 
 @pytest.mark.parametrize(("mode", "limit"), [("SHADOWED", 2.0), ("INTERREFLECTED", 2.4)])
 def test_bake_is_mostly_its_rays(results, mode, limit):
-    """In processor seconds, over the same rays handed to the ray caster alone."""
+    """In processor seconds, over the same rays handed to the ray caster alone; the start of the engine's process included."""
     result = results[f"over_its_rays {mode}"]
     assert 0.95 < result["ratio"]["cpu"] < limit
+
+
+def test_engine_starts_quickly(results):
+    """Measured: 0.2 s on an idle machine; and an engine that runs answers at once."""
+    assert results["engine_start"]["first"] < 2.0
+    assert results["engine_start"]["again"] < 0.1
 
 
 def test_bounces_are_cheap(results):
@@ -68,5 +74,5 @@ def test_blender_is_read_and_written_quickly(results):
 
 def test_table_names_every_target(results):
     """One row at least for each number that is wanted."""
-    for wanted in ("<= 1.20", "<= 1.40", "<= 1.05", "<= 600 MiB", "<= 3%", ">= 5 million/s"):
+    for wanted in ("<= 1.22", "<= 1.40", "<= 1.05", "<= 600 MiB", "<= 3%", ">= 5 million/s"):
         assert wanted in results["table"]

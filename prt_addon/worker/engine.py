@@ -31,15 +31,18 @@ _SINGLE_THREADED = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"
 class Engine:
     """A running engine, from when this is made until `end`. It ends by itself when this process does."""
 
-    def __init__(self) -> None:
+    def __init__(self, patience: float) -> None:
         """
+        Args:
+            patience: seconds that it waits for a first job.
+
         Raises:
             EngineError: if the process cannot be started.
         """
         self._log: IO[bytes] = tempfile.TemporaryFile(prefix="prt-")  # noqa: SIM115 - lives as long as the process
         ours, theirs = Pipe()
         try:
-            self._process = _started(theirs, self._log)
+            self._process = _started(theirs, patience, self._log)
         except OSError as error:
             ours.close()
             self._log.close()
@@ -51,7 +54,7 @@ class Engine:
         self._channel = Channel(ours)
         self._ready, self._sent = False, True
         self._began = time.monotonic()
-        self._ends = float("inf")
+        self._ends = self._began + patience
 
     @property
     def process(self) -> int:
@@ -140,7 +143,7 @@ class Engine:
         return f"The engine came to an unexpected end (exit code {code}). Nothing was changed: try again."
 
 
-def _started(theirs: Connection, log: IO[bytes]) -> subprocess.Popen[bytes]:
+def _started(theirs: Connection, patience: float, log: IO[bytes]) -> subprocess.Popen[bytes]:
     """Start the process with its end of the connection.
 
     It is in a process group of its own, without a console: Ctrl-C is for Blender.
@@ -152,7 +155,7 @@ def _started(theirs: Connection, log: IO[bytes]) -> subprocess.Popen[bytes]:
         startup = subprocess.STARTUPINFO(lpAttributeList={"handle_list": [handle]})
         options = {"startupinfo": startup, "creationflags": subprocess.CREATE_NO_WINDOW}
     return subprocess.Popen(
-        [sys.executable, "-I", "-B", "-X", "faulthandler", str(_CHILD), str(handle), *_folders()],
+        [sys.executable, "-I", "-B", "-X", "faulthandler", str(_CHILD), str(handle), str(patience), *_folders()],
         stdin=subprocess.DEVNULL,
         stdout=log,
         stderr=log,

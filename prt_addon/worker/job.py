@@ -23,6 +23,7 @@ Value = TypeVar("Value")
 PATIENCE = 600.0
 """Seconds without a job after which the engine ends, unless a job says otherwise."""
 
+_FIRST_PATIENCE = 300.0  # seconds that a new engine waits while a scene is read
 _RECENT = 5.0  # seconds that the speed is measured over
 _MOMENT = 0.1  # seconds between two measurements
 _GRACE = 0.1  # seconds that the engine has to answer a cancel before it is killed
@@ -71,7 +72,7 @@ class Job(Generic[Value]):
         global _current
         if _current:
             raise PRTError("A bake is running: wait for it, or cancel it.")
-        _usable_engine().send(self._order)
+        wake_engine().send(self._order)
         _current = self
         self._speeds = deque([(time.monotonic(), 0, 0)])
 
@@ -204,12 +205,16 @@ def end_engine(error: PRTError | None = None) -> None:
         engine.end()
 
 
-def _usable_engine() -> Engine:
-    """The engine, a new one if there is none that will last."""
+def wake_engine() -> Engine:
+    """The engine, a new one if there is none that will last. It starts while the caller goes on.
+
+    Raises:
+        EngineError: if the process cannot be started.
+    """
     global _engine
-    if _engine and not _engine.usable:
+    if _engine and not (_current or _engine.usable):
         end_engine()
-    _engine = _engine or Engine()
+    _engine = _engine or Engine(_FIRST_PATIENCE)
     return _engine
 
 

@@ -77,14 +77,13 @@ class Failure:
     error: Exception
 
 
-def serve(handle: int) -> None:
-    """Serve the Blender at the other end of the connection until it hangs up."""
+def serve(handle: int, patience: float) -> None:
+    """Serve the Blender at the other end of the connection until it hangs up, or asks nothing for some seconds."""
     channel = Channel(_connection(handle))
     kept = KeptTraces()
     try:
         channel.post(READY)
         channel.flush()
-        patience: float | None = None
         while job := channel.wait(patience):
             if isinstance(job, Job):  # a word to a job that has just ended comes too late
                 channel.post(_answer(job, channel, kept))

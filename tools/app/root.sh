@@ -10,6 +10,8 @@ set -eu
 root=$1
 suite=${2:-sid}
 [ -e "$root/.ready" ] && exit
+mkdir -p "$root"
+root=$(realpath "$root")
 
 # The machine's own mirror, whichever way its sources are written.
 sources=$(ls /etc/apt/sources.list.d/debian.sources /etc/apt/sources.list 2>/dev/null || true)

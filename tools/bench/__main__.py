@@ -28,6 +28,7 @@ def whole() -> Iterator[Experiment]:
     """A quarter of an hour on two cores."""
     for mode in ("SHADOWED", "INTERREFLECTED"):
         yield f"over_its_rays {mode}", lambda mode=mode: run.over_its_rays(mode, 100_000, 256, 3)
+    yield "engine_start", lambda: run.engine_start(9)
     yield "each_bounce", lambda: run.each_bounce(100_000, 128, 6, 3)
     yield "against_uniform", lambda: run.against_uniform(2_000, 64)
     sizes = (10_000, 31_600, 100_000, 316_000, 1_000_000)
@@ -45,6 +46,7 @@ def quick() -> Iterator[Experiment]:
     """A minute: enough to see that nothing became twice as slow or large."""
     for mode in ("SHADOWED", "INTERREFLECTED"):
         yield f"over_its_rays {mode}", lambda mode=mode: run.over_its_rays(mode, 20_000, 128, 3)
+    yield "engine_start", lambda: run.engine_start(3)
     yield "each_bounce", lambda: run.each_bounce(10_000, 128, 3, 3)
     yield "against_uniform", lambda: run.against_uniform(400, 32)
     sizes = (4_000, 16_000, 64_000)

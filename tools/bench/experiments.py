@@ -23,6 +23,7 @@ from prt_addon.core.casting import trace_groups
 from prt_addon.core.inputs import BakeSettings, Occluders, ReceiverGroup
 from prt_addon.core.raycast import RayScene
 from prt_addon.core.transport import Receivers, shadowed
+from prt_addon.worker.job import end_engine, whole_bake
 
 Result = dict[str, Any]
 
@@ -32,10 +33,20 @@ def _bake(groups: Sequence[ReceiverGroup], occluders: Occluders, settings: BakeS
 
 
 def over_its_rays(mode: str, receivers: int, samples: int, turns: int) -> Result:
-    """A whole bake over its rays alone."""
+    """A whole bake in the engine's process, from its start to its end, over its rays alone."""
     groups, occluders = scenes.bake_input(scenes.court(receivers))
     settings = BakeSettings(mode, samples)
-    runs = [_bake(groups, occluders, settings), lambda: rays_alone(groups, occluders, settings)]
+
+    def in_the_engine() -> None:
+        job = whole_bake(groups, occluders, settings, patience=0.0)
+        job.start()
+        job.result()
+
+    runs = [
+        lambda: timed(in_the_engine),
+        lambda: rays_alone(groups, occluders, settings),
+        _bake(groups, occluders, settings),
+    ]
     times = by_turns(runs, turns)
     alone = median([turn[1] for turn in times])
     return {
@@ -43,10 +54,30 @@ def over_its_rays(mode: str, receivers: int, samples: int, turns: int) -> Result
         "receivers": sum(map(len, groups)),
         "samples": samples,
         "ratio": asdict(ratio(times, 0, 1)),
+        "ratio_here": asdict(ratio(times, 2, 1)),
         "bake": asdict(median([turn[0] for turn in times])),
         "rays_alone": asdict(alone),
         "rays_per_second": ray_count(groups, settings) / alone.wall,
     }
+
+
+def engine_start(turns: int) -> Result:
+    """From nothing to the answer to a job of one receiver, and the answer of an engine that runs already."""
+    up = np.array([[0.0, 0.0, 1.0]])
+    nothing = Occluders(np.empty((0, 3)), np.empty((0, 3), dtype=np.int32))
+
+    def asked() -> None:
+        job = whole_bake([ReceiverGroup("Point", up, up, 1.0)], nothing, BakeSettings("UNSHADOWED"))
+        job.start()
+        job.result()
+
+    times = []
+    for _ in range(turns):
+        end_engine()
+        times.append((timed(asked).wall, timed(asked).wall))
+    end_engine()
+    first, again = (float(np.median(column)) for column in zip(*times, strict=True))
+    return {"first": first, "again": again}
 
 
 def each_bounce(receivers: int, samples: int, bounces: int, turns: int) -> Result:

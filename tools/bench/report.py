@@ -52,7 +52,13 @@ def _over_its_rays(result: dict[str, Any]) -> Iterator[Row]:
     bounced = result["mode"] == "INTERREFLECTED"
     what = "Interreflected, three bounces" if bounced else "Shadowed"
     size = f"{result['receivers']:,} receivers, {result['samples']} samples"
-    yield f"{what}, over its rays alone ({size})", _both(result["ratio"]), "<= 1.40" if bounced else "<= 1.20"
+    yield f"{what}, over its rays alone ({size})", _both(result["ratio"]), "<= 1.40" if bounced else "<= 1.22"
+    yield "The same without a process of its own", _both(result["ratio_here"]), ""
+
+
+def _engine_start(result: dict[str, Any]) -> Iterator[Row]:
+    times = f"{1e3 * result['first']:.0f} / {1e3 * result['again']:.0f} ms"
+    yield "The engine's answer to one receiver, with its start / without", times, ""
 
 
 def _each_bounce(result: dict[str, Any]) -> Iterator[Row]:
@@ -105,6 +111,7 @@ def _blender(result: dict[str, Any]) -> Iterator[Row]:
 
 _ROWS = {
     "over_its_rays": _over_its_rays,
+    "engine_start": _engine_start,
     "each_bounce": _each_bounce,
     "against_uniform": _against_uniform,
     "growth": _growth,
