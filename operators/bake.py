@@ -7,7 +7,8 @@ from typing import Any
 import bpy
 from bpy.props import BoolProperty
 
-from ..prt_addon.core.pieces import PieceFolder, Question
+from ..prt_addon.core.pieces import PieceFolder
+from ..prt_addon.core.problem import TraceKey
 from ..prt_addon.scene.preferences import engine_patience
 from ..prt_addon.scene.settings import (
     BakeProperties,
@@ -21,7 +22,7 @@ from ..prt_addon.scene.settings import (
     windowing,
 )
 from ..prt_addon.scene.whole_bake import WholeBake
-from ..prt_addon.worker.job import Job, whole_bake
+from ..prt_addon.worker.job import Job, bake_job
 from .job import JobOperator
 
 
@@ -35,7 +36,7 @@ class WholeBakeOperator(JobOperator, BakeProperties, PrepareProperties, LightPro
         name="Add Shading", description="Also relight the materials in EEVEE", default=True
     )
 
-    def _pieces(self, context: bpy.types.Context, question: Question) -> PieceFolder | None:
+    def _pieces(self, context: bpy.types.Context, key: TraceKey) -> PieceFolder | None:
         """Where what the rays find is kept."""
         raise NotImplementedError
 
@@ -50,18 +51,17 @@ class WholeBakeOperator(JobOperator, BakeProperties, PrepareProperties, LightPro
             self.update_shading,
         )
         self._warn(whole.plan.warnings)
-        run = replace(run_settings(scene, self), pieces=self._pieces(context, whole.question))
-        plan, threads = whole.plan, scene.render.threads
-        return whole_bake(plan.groups, plan.occluders, settings, run, threads, engine_patience(context))
+        problem = whole.plan.problem
+        run = replace(run_settings(scene, self), pieces=self._pieces(context, problem.trace_key))
+        return bake_job(problem, run, scene.render.threads, engine_patience(context))
 
     def _end(self, context: bpy.types.Context, result: Any) -> None:
         assert self._job
-        warnings, notes = self._bake.write(context, result.transport)
+        warnings, notes = self._bake.write(context, result)
         self._warn(warnings)
-        notes += [finding for number, finding in result.findings if self._bake.concerns(number)]
-        for note in notes:
+        for note in notes + self._bake.findings(result):
             self.report({"INFO"}, note)
-        self._conclude(f"Baked {self._bake.summary}, {self._job.total:,} rays.")
+        self._conclude(f"Baked {self._bake.summary}, {self._job.work.rays:,} rays.")
 
 
 class PRT_OT_bake(WholeBakeOperator, RunProperties, bpy.types.Operator):
@@ -71,9 +71,9 @@ class PRT_OT_bake(WholeBakeOperator, RunProperties, bpy.types.Operator):
     bl_label = "Bake PRT"
     bl_options = {"UNDO"}
 
-    def _pieces(self, context: bpy.types.Context, question: Question) -> PieceFolder | None:
+    def _pieces(self, context: bpy.types.Context, key: TraceKey) -> PieceFolder | None:
         folder = checkpoints(context.scene, self)
-        return PieceFolder(folder, question) if folder else None
+        return PieceFolder(folder, key) if folder else None
 
 
 CLASSES = (PRT_OT_bake,)

@@ -211,17 +211,19 @@ def _interrupt_once(_signal: int, _frame: Any) -> None:
 
 def _watch_on_terminal(job: Job[Any]) -> None:
     """A progress bar where someone can see it: on a terminal, in background."""
-    bar = _progress_bar(job.total) if bpy.app.background else None
+    bar = _progress_bar(job) if bpy.app.background else None
     while job.running:
         job.wait(_TICK)
         if bar is not None:
-            bar.set_postfix_str("bouncing light" if job.done == job.total and job.running else "", refresh=False)
-            bar.update(job.done - bar.n)
+            bar.set_postfix_str(
+                "bouncing light" if job.done.rays == job.work.rays and job.running else "", refresh=False
+            )
+            bar.update(job.done.rays - bar.n)
     if bar is not None:
         bar.close()
 
 
-def _progress_bar(total: int) -> Any:
+def _progress_bar(job: Job[Any]) -> Any:
     try:
         from tqdm import tqdm
     except ImportError:  # run from a checkout by a Blender without it: bake all the same
@@ -230,7 +232,7 @@ def _progress_bar(total: int) -> Any:
     class Bar(tqdm):  # type: ignore[type-arg]
         monitor_interval = 0  # or it starts a thread that outlives the bake
 
-    return Bar(total=total, unit="ray", unit_scale=True, desc="PRT", file=sys.stderr, disable=None)
+    return Bar(total=job.work.rays, unit=job.unit, unit_scale=True, desc="PRT", file=sys.stderr, disable=None)
 
 
 CLASSES = (PRT_OT_cancel,)

@@ -9,6 +9,7 @@ from typing import Any
 import bpy
 from bpy.props import BoolProperty, EnumProperty, StringProperty
 
+from ..prt_addon.core.monitor import Work
 from ..prt_addon.core.report.document import PARTS, VERSION, advice_lines, picture_report, surface_report
 from ..prt_addon.core.report.findings import Effort
 from ..prt_addon.scene import compare, heat_map, report
@@ -73,10 +74,11 @@ class PRT_OT_report(JobOperator, ReportProperties, bpy.types.Operator):
             effort,
             bool(self.parts & set(PARTS)),
             self.heat_map,
-            total=len(self._baked),
+            work=Work(rays=len(self._baked)),
             threads=scene.render.threads,
             patience=engine_patience(context),
             doing="measuring",
+            unit="object",
         )
 
     def _end(self, context: bpy.types.Context, result: list[tasks.Measured]) -> None:

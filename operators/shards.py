@@ -8,7 +8,9 @@ import bpy
 from bpy.props import IntProperty
 
 from ..prt_addon.core.errors import ShardError
-from ..prt_addon.core.pieces import PieceFolder, Question, Shard
+from ..prt_addon.core.monitor import Work
+from ..prt_addon.core.pieces import PieceFolder, Shard
+from ..prt_addon.core.problem import TraceKey
 from ..prt_addon.core.run import PLAINLY
 from ..prt_addon.scene.preferences import engine_patience
 from ..prt_addon.scene.settings import (
@@ -74,23 +76,21 @@ class PRT_OT_bake_shard(ShardOperator, BakeProperties, PrepareProperties, bpy.ty
             )
         whole = WholeBake(context, settings, preparation(context.scene, self))
         self._warn(whole.plan.warnings)
-        groups, occluders = whole.plan.groups, whole.plan.occluders
-        span = shard.span(whole.question.receivers)
+        problem = whole.plan.problem
+        span = shard.span(problem.receivers)
         return Job(
             tasks.shard,
-            groups,
-            occluders,
-            settings,
+            problem,
             shard,
-            total=settings.samples * (span.stop - span.start),
-            run=replace(PLAINLY, pieces=PieceFolder(folder, whole.question, shard)),
+            work=Work(rays=settings.samples * (span.stop - span.start)),
+            run=replace(PLAINLY, pieces=PieceFolder(folder, problem.trace_key, shard)),
             threads=context.scene.render.threads,
             patience=engine_patience(context),
         )
 
     def _end(self, _context: bpy.types.Context, _result: Any) -> None:
         assert self._job
-        self._conclude(f"Baked shard {self.index} of {self.count}, {self._job.total:,} rays.")
+        self._conclude(f"Baked shard {self.index} of {self.count}, {self._job.work.rays:,} rays.")
 
 
 class PRT_OT_merge_shards(ShardOperator, WholeBakeOperator, MemoryProperties, bpy.types.Operator):
@@ -102,12 +102,12 @@ class PRT_OT_merge_shards(ShardOperator, WholeBakeOperator, MemoryProperties, bp
 
     _choices = ("update_light", "update_shading")
 
-    def _pieces(self, _context: bpy.types.Context, question: Question) -> PieceFolder | None:
-        if question.mode == "UNSHADOWED":
+    def _pieces(self, _context: bpy.types.Context, key: TraceKey) -> PieceFolder | None:
+        if key.mode == "UNSHADOWED":
             raise ShardError(
                 "Unshadowed transport has no shards: use Bake PRT (prt.bake), or choose the mode of the shards."
             )
-        pieces = PieceFolder(self._folder(), question)
+        pieces = PieceFolder(self._folder(), key)
         pieces.check_complete()
         return pieces
 

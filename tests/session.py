@@ -38,9 +38,8 @@ def long_job():
     """A bake that runs until it is stopped."""
     part = sys.modules[f"{headless.PACKAGE}.prt_addon.worker.job"]
     gather = sys.modules[f"{headless.PACKAGE}.prt_addon.scene.gather"]
-    plan = gather.gather(bpy.context, [bpy.data.objects["Ball"]])
-    settings = sys.modules[f"{headless.PACKAGE}.prt_addon.core.inputs"].BakeSettings(samples=1 << 18)
-    job = part.whole_bake(plan.groups, plan.occluders, settings)
+    settings = sys.modules[f"{headless.PACKAGE}.prt_addon.core.problem"].BakeSettings(samples=1 << 18)
+    job = part.bake_job(gather.gather(bpy.context, [bpy.data.objects["Ball"]], settings).problem)
     job.start()
     return job
 

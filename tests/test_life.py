@@ -209,12 +209,12 @@ def test_two_scenes_with_worlds_of_their_own(blender, part, scene, stage, ball, 
 
 def test_the_window_shows_another_scene_when_a_bake_ends(blender, part, scene, stage, ball):
     """What was read is written where it was read: objects, light and all."""
-    inputs, whole_bake = part("core.inputs"), part("scene.whole_bake")
+    inputs, whole_bake = part("core.problem"), part("scene.whole_bake")
     settings = inputs.BakeSettings(mode="UNSHADOWED")
     ball.modifiers.new("Finer", "SUBSURF")
     allowed = part("scene.prepare").Preparation(apply_modifiers=True)
     whole = whole_bake.WholeBake(blender.context, settings, allowed, part("scene.projection").Windowing(), True)
-    results = part("core.bake").bake_all(whole.plan.groups, whole.plan.occluders, settings)
+    results = part("core.bake").bake(whole.plan.problem)
     blender.ops.scene.new(type="NEW")
     other = blender.context.scene
     other.world = blender.data.worlds.new("Other")
@@ -222,7 +222,7 @@ def test_the_window_shows_another_scene_when_a_bake_ends(blender, part, scene, s
     whole.write(blender.context, results)
     assert blender.context.scene == other and not part("scene.light").has_light(other.world)
     assert part("scene.light").has_light(scene.world) and part("scene.transport_layers").is_baked(ball.data)
-    assert not ball.modifiers and len(ball.data.vertices) == len(results[0])
+    assert not ball.modifiers and len(ball.data.vertices) == len(results.transport[0])
 
 
 def test_loading_another_file(blender, part, scene, ball, tmp_path):

@@ -188,12 +188,12 @@ def test_company_is_shadowed_and_all_rays_are_counted(blender, part, scene, stag
     blender.ops.prt.bake(mode="SHADOWED", samples=64)
     assert layers.read(ground.data)[:, 0] == pytest.approx(open_sky, abs=1e-4)
     roof.prt.space = "SCENE"
-    plan = part("scene.gather").gather(blender.context, [ground, roof])
-    settings = part("core.inputs").BakeSettings(samples=64)
-    job = part("worker.job").whole_bake(plan.groups, plan.occluders, settings, threads=1)
+    settings = part("core.problem").BakeSettings(samples=64)
+    plan = part("scene.gather").gather(blender.context, [ground, roof], settings)
+    job = part("worker.job").bake_job(plan.problem, threads=1)
     job.start()
     assert [len(transport) for transport in job.result().transport] == [4, 4]
-    assert job.done == job.total == 8 * 64
+    assert job.done == job.work and job.done.rays == 8 * 64
 
 
 def test_bounces_of_moving_objects_reach_those_that_stay(blender, part, scene, stage):

@@ -24,9 +24,9 @@ import numpy.typing as npt
 
 from . import sh
 from .gather import Gather
-from .parallel import ALL_CORES, Workers
 from .raycast import RayScene
 from .transport import Pattern, Receivers
+from .workers import ALL_CORES, Workers
 
 Float32 = npt.NDArray[np.float32]
 Float64 = npt.NDArray[np.float64]
@@ -114,11 +114,10 @@ class Surroundings:
         pattern = Pattern(_PROBES, seed)
         share = np.empty(len(receivers))
 
-        def work(part: slice) -> int:
+        def work(part: slice) -> None:
             rays = pattern.rays(receivers[part])
             hits = self.scene.hits(rays.origins, rays.directions)
             share[part] = ((hits.triangle >= 0) & ~hits.front).reshape(-1, _PROBES).mean(axis=1)
-            return 0
 
         workers.run(len(receivers), pattern.chunk, work)
         return share
@@ -159,7 +158,7 @@ def find_buried(
     inside = is_dark(direct)
     if inside.any():
         inside &= _touches_light(inside, edges, workers)
-    workers.progress(0)  # each of these steps takes a moment on large meshes: a cancel should not wait for all
+    workers.monitor.check_cancelled()  # each of these steps takes a moment on large meshes: a cancel should not wait for all
     candidates = np.flatnonzero(inside)
     if not len(candidates):
         return inside
@@ -173,7 +172,7 @@ def find_buried(
     crossed = around.pass_through_a_back(
         start + lift * receivers.normals[out[:, 0]], end + lift * receivers.normals[out[:, 1]]
     )
-    workers.progress(0)
+    workers.monitor.check_cancelled()
     ways_out = np.bincount(region[out[:, 0]], minlength=len(receivers))
     through = np.bincount(region[out[:, 0]], crossed, len(receivers))
     return inside & ((ways_out > 0) & (through >= _CROSSED * ways_out))[region]
@@ -202,7 +201,7 @@ def _regions(edges: Ints, count: int, workers: Workers = ALL_CORES) -> Int64:
     """
     root = np.arange(count)
     while True:
-        workers.progress(0)
+        workers.monitor.check_cancelled()
         ends = root[edges]
         ends = ends[ends[:, 0] != ends[:, 1]]
         if not len(ends):

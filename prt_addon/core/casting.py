@@ -13,8 +13,9 @@ from . import sh
 from .buried import Fill, Surroundings, find_buried, is_dark
 from .errors import MeshError
 from .hits import HitStore, trace
-from .inputs import BakeSettings, Occluders, ReceiverGroup
+from .monitor import Work
 from .pieces import Piece, cut
+from .problem import BakeSettings, Island, ReceiverGroup
 from .raycast import SMALLEST_SKIP, RayScene
 from .run import PLAINLY, Run
 from .transport import Receivers, shadowed
@@ -27,18 +28,20 @@ _TOO_BLIND = 0.02  # skipped start of rays, as a share of their object's radius,
 
 @dataclass(frozen=True)
 class Traced:
-    """What the rays of a bake found; another albedo or number of bounces needs no new ones.
+    """What the rays of an island found; another albedo or number of bounces needs no new ones.
 
     sizes: receivers of each group.
     direct: (N, 9) float32 shadowed transport of all groups, filled where buried.
     hits: what the blocked rays hit, if light shall bounce.
     fill: of the receivers that lie inside other geometry.
+    findings: sentences for the person, each with the number of the group that it is about.
     """
 
     sizes: list[int]
     direct: Float32
     hits: HitStore
     fill: Fill
+    findings: list[tuple[int, str]]
 
     @property
     def nbytes(self) -> int:
@@ -46,16 +49,11 @@ class Traced:
         return self.direct.nbytes + self.hits.nbytes
 
 
-def trace_groups(
-    groups: Sequence[ReceiverGroup],
-    occluders: Occluders,
-    settings: BakeSettings,
-    run: Run = PLAINLY,
-) -> Traced:
-    """The first half of a bake: all of its rays. Arguments and errors as those of `bake`; the mode must cast rays."""
-    check_finite(groups)
-    caster = Caster(groups, occluders, settings, run)
-    receivers = caster.receivers
+def trace_island(island: Island, settings: BakeSettings, run: Run = PLAINLY) -> Traced:
+    """The first half of a bake: all of its rays. Errors as those of `bake`; the mode must cast rays."""
+    check_finite(island.groups)
+    caster = Caster(island, settings, run)
+    receivers, occluders = caster.receivers, island.occluders
     direct = np.empty((len(receivers), sh.coefficient_count(sh.ORDER)), dtype=np.float32)
     hits = HitStore(settings.samples, run.memory)
     for piece in caster.pieces(slice(0, len(receivers))):
@@ -63,17 +61,20 @@ def trace_groups(
         if piece.hits:
             hits.add(piece.hits)
     around = Surroundings(caster.scene, occluders.vertices, occluders.triangles)
-    fill = _fill(around, groups, receivers, direct, settings.seed, run)
-    return Traced([len(group) for group in groups], direct, hits, fill)
+    edges = _edges(island.groups)
+    fill = Fill(find_buried(around, receivers, edges, direct, settings.seed, run.workers), edges)
+    fill(direct)
+    findings = list(_findings(island.groups, around.scene, direct, fill.buried))
+    return Traced([len(group) for group in island.groups], direct, hits, fill, findings)
 
 
 class Caster:
-    """Casts the rays of some groups, piece by piece."""
+    """Casts the rays of an island, piece by piece."""
 
-    def __init__(self, groups: Sequence[ReceiverGroup], occluders: Occluders, settings: BakeSettings, run: Run) -> None:
-        self._run = run
-        self.scene = RayScene(occluders.vertices, occluders.triangles, run.workers.progress)
-        self.receivers = Receivers.of(groups, self.scene)
+    def __init__(self, island: Island, settings: BakeSettings, run: Run) -> None:
+        self._run, occluders = run, island.occluders
+        self.scene = RayScene(occluders.vertices, occluders.triangles, run.workers.monitor)
+        self.receivers = Receivers.of(island.groups, self.scene)
         self._settings = settings
         self._returns = (occluders.receiver_at_corners >= 0).any(axis=1)
 
@@ -86,7 +87,7 @@ class Caster:
             return
         for piece in folder.cover(span, size, self._traced):
             if piece.found:
-                self._run.workers.progress(samples * len(piece.direct))
+                self._run.workers.monitor.advance(Work(rays=samples * len(piece.direct)))
             yield piece
 
     def _traced(self, part: slice) -> Piece:
@@ -106,31 +107,29 @@ def check_finite(groups: Sequence[ReceiverGroup]) -> None:
             )
 
 
-def _fill(
-    around: Surroundings,
-    groups: Sequence[ReceiverGroup],
-    receivers: Receivers,
-    direct: Float32,
-    seed: int,
-    run: Run,
-) -> Fill:
-    """Fill `direct` (N, 9) in place where receivers are buried, and tell what came out for each group."""
+def _edges(groups: Sequence[ReceiverGroup]) -> npt.NDArray[np.int64]:
+    """(E, 2) pairs of neighbours, counted through all groups."""
     starts = np.cumsum([0, *map(len, groups)])
     none = np.zeros((0, 2), dtype=np.int64)
-    edges = np.concatenate(
+    return np.concatenate(
         [none, *(group.edges + start for group, start in zip(groups, starts, strict=False) if group.edges is not None)]
     )
-    fill = Fill(find_buried(around, receivers, edges, direct, seed, run.workers), edges)
-    fill(direct)
-    for group, start in zip(groups, starts, strict=False):
+
+
+def _findings(
+    groups: Sequence[ReceiverGroup], scene: RayScene, direct: Float32, buried: npt.NDArray[np.bool_]
+) -> Iterator[tuple[int, str]]:
+    """What the person should know of (N, 9) transport and of which (N,) were filled, each with the number of its group."""
+    start = 0
+    for number, group in enumerate(groups):
         part = slice(start, start + len(group))
-        for sentence in _findings(group, around.scene, direct[part], fill.buried[part]):
-            run.tell(group, sentence)
-    return fill
+        for sentence in _about(group, scene, direct[part], buried[part]):
+            yield number, sentence
+        start = part.stop
 
 
-def _findings(group: ReceiverGroup, scene: RayScene, direct: Float32, buried: npt.NDArray[np.bool_]) -> Iterator[str]:
-    """What the person should know of a group's (N, 9) transport and of which (N,) were filled."""
+def _about(group: ReceiverGroup, scene: RayScene, direct: Float32, buried: npt.NDArray[np.bool_]) -> Iterator[str]:
+    """Of one group."""
     if not len(group):
         return
     if buried.any():

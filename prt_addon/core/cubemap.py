@@ -18,8 +18,8 @@ from . import sh
 from .envmap import project_equirect, srgb_to_linear
 from .equirect import texel_directions
 from .errors import PictureError
-from .parallel import IN_LINE
 from .rotation import rotation_matrix
+from .workers import IN_LINE
 
 Array = npt.NDArray[np.float64]
 Picture = npt.NDArray[np.float32]
@@ -145,11 +145,10 @@ def to_equirect(faces: Faces, table: Table = "OPENGL", height: int | None = None
     finer = -(-4 * size // height)
     picture = np.empty((height, 2 * height, 3), dtype=np.float32)
 
-    def fill(rows: slice) -> int:
+    def fill(rows: slice) -> None:
         samples = slice(rows.start * finer, rows.stop * finer)
         found = _bilinear(bordered, frames, texel_directions(height * finer, samples).reshape(-1, 3))
         picture[rows] = found.reshape(-1, finer, 2 * height, finer, 3).mean(axis=(1, 3))
-        return 0
 
     IN_LINE.run(height, max(1, _TEXELS_AT_A_TIME // (2 * height * finer * finer)), fill)
     return picture
@@ -185,10 +184,9 @@ def _corrected(picture: Picture, lacking: Array, power: int) -> Picture:
     )
     corrected, height = np.empty_like(picture), len(picture)
 
-    def fill(rows: slice) -> int:
+    def fill(rows: slice) -> None:
         factor = sh.basis(texel_directions(height, rows)) @ weights
         corrected[rows] = picture[rows] + scale * (picture[rows] / scale) ** power * factor
-        return 0
 
     IN_LINE.run(height, max(1, _TEXELS_AT_A_TIME // (2 * height)), fill)
     return corrected

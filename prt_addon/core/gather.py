@@ -18,15 +18,14 @@ import numpy.typing as npt
 
 from .albedo import Albedo
 from .hits import KEEN, ONE, HitStore, KeptHits, Packed, barycentrics, corners
-from .parallel import ALL_CORES, Workers
+from .monitor import Work
+from .problem import BOUNCE_IN_RAYS, THIN
 from .sources import Sources
 from .spill import Spill, memory_of
+from .workers import ALL_CORES, Workers
 
 Float32 = npt.NDArray[np.float32]
 Int64 = npt.NDArray[np.int64]
-
-THIN = 4
-"""A thin bounce reads one hit of so many."""
 
 _KEEN_BITS = np.uint64(KEEN << 16 | KEEN)  # of the barycentrics of a hit
 _RECEIVERS_AT_A_TIME = 1 << 10
@@ -91,7 +90,7 @@ class Gather:
             hits: of M receivers, which need not be those that light bounces off.
             albedo: of the triangles that were hit.
             corner_receiver: (T, 3) the receiver at each corner of a triangle; one at -1 returns no light.
-            workers: who does it, now and in each bounce; told the rays whose hits a bounce has read.
+            workers: who does it, now and in each bounce; their monitor sees the bounces done.
         """
         store = HitStore.of(hits) if isinstance(hits, KeptHits) else hits
         self.channels = 1 if albedo.is_grey else 3
@@ -125,7 +124,7 @@ class Gather:
         """(3 T,) sources; see `_Bounce`."""
         standing = self.sources.corner.copy()
 
-        def work(part: slice) -> int:
+        def work(part: slice) -> None:
             a, b, c = (lit.take(corner, axis=0) for corner in self.sources.corner[part].T)
             highest = np.maximum(a, b)
             np.maximum(highest, c, out=highest)
@@ -133,15 +132,14 @@ class Gather:
             np.minimum(a, c, out=a)
             highest -= a
             standing[part][highest.max(axis=1) >= self._fine] = self.sources.black
-            return 0
 
         self._workers.run(len(standing), _TRIANGLES_AT_A_TIME, work)
         return standing.reshape(-1)
 
     def _gather_piece(self, out: Float32, piece: _Piece, bounce: _Bounce) -> None:
-        def work(part: slice) -> int:
+        def work(part: slice) -> Work:
             out[part] = self._gathered(piece, part, bounce)
-            return bounce.rays * (part.stop - part.start)
+            return Work(bounces=int(BOUNCE_IN_RAYS * bounce.rays * (part.stop - part.start)))
 
         self._workers.run(len(out), self._chunk, work)
 
@@ -204,7 +202,7 @@ class Gather:
             return starts, np.empty((0, self.channels), dtype=np.uint16)
         chunks: dict[int, npt.NDArray[np.uint16]] = {}
 
-        def work(part: slice) -> int:
+        def work(part: slice) -> None:
             here = hits.starts[part.start : part.stop + 1]
             packed = hits.packed[here[0] : here[-1]]
             triangle = corners(packed) // 3
@@ -214,7 +212,6 @@ class Gather:
             u_here, v_here = (np.divide(x, ONE, dtype=np.float32) for x in barycentrics(packed[patterned]))
             colour = albedo.at(triangle[patterned], u_here, v_here)
             chunks[part.start] = np.rint(colour[:, : self.channels] * np.float32(ONE)).astype(np.uint16)
-            return 0
 
         self._workers.run(len(hits), self._chunk, work)
         return np.cumsum(starts), np.concatenate([chunks[first] for first in sorted(chunks)])

@@ -10,10 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 from . import sh
-from .parallel import ALL_CORES, Workers
+from .monitor import Work
 from .raycast import Hits, RayScene
 from .spill import Spill, memory_of
 from .transport import Pattern, Receivers
+from .workers import ALL_CORES, Workers
 
 Float32 = npt.NDArray[np.float32]
 Packed = npt.NDArray[np.uint64]
@@ -132,7 +133,7 @@ def trace(
     starts = np.zeros(len(receivers) + 1, dtype=np.int64)
     chunks: dict[int, Packed] = {}
 
-    def work(part: slice) -> int:
+    def work(part: slice) -> Work:
         rays = pattern.rays(receivers[part])
         hits = scene.hits(rays.origins, rays.directions)
         direct[part] = pattern.project(hits.triangle < 0, rays.frames)
@@ -140,7 +141,7 @@ def trace(
         keep &= returns.take(hits.triangle, mode="clip")
         starts[part.start + 1 : part.stop + 1] = np.count_nonzero(keep.reshape(-1, samples), axis=1)
         chunks[part.start] = _packed(hits, np.flatnonzero(keep))
-        return len(rays.origins)
+        return Work(rays=len(rays.origins))
 
     workers.run(len(receivers), pattern.chunk, work)
     np.cumsum(starts, out=starts)
@@ -180,11 +181,10 @@ def _joined(chunks: dict[int, Packed], starts: npt.NDArray[np.int64], workers: W
     packed = np.empty(starts[-1], dtype=np.uint64)
     firsts = list(chunks)
 
-    def copy(part: slice) -> int:
+    def copy(part: slice) -> None:
         for first in firsts[part]:
             chunk = chunks.pop(first)
             packed[starts[first] : starts[first] + len(chunk)] = chunk
-        return 0
 
     workers.run(len(firsts), 1, copy)
     return packed

@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from .gather import THIN, Gather
+from .gather import Gather
 
 Float32 = npt.NDArray[np.float32]
 
@@ -49,8 +49,3 @@ def interreflected(
     transport = unbounced + gather(light) if bounces or tolerance > 0.0 else unbounced
     rgb = np.broadcast_to(transport, (len(direct), 3, direct.shape[1]))
     return np.ascontiguousarray(rgb.transpose(0, 2, 1))
-
-
-def full_bounces(bounces: int) -> float:
-    """How many bounces over all rays take as long as `interreflected` does."""
-    return 1.0 + (bounces - 1) / THIN if bounces else 0.0

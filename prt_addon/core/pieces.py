@@ -6,8 +6,7 @@ receivers alone, so that pieces from whatever machine, cut wherever, join to the
 own, written under another name and then renamed: a file is there as a whole or not at all, and whoever is killed while
 writing it may do it again.
 
-Receivers are numbered through the whole bake: those of all objects baked for the scene together, then those of each
-object baked by itself.
+Receivers are numbered through the whole bake, island by island (see `problem`).
 """
 
 from __future__ import annotations
@@ -29,41 +28,12 @@ import numpy.typing as npt
 from .digest import digest
 from .errors import ShardError
 from .hits import KeptHits
-
-FORMAT = 2
-"""To be counted up whenever the same question gets other bits, or files look different."""
+from .problem import TraceKey
 
 _SUFFIX = ".npz"
 _BROKEN = (OSError, ValueError, TypeError, KeyError, EOFError, zipfile.BadZipFile, zlib.error)
 
 Float32 = npt.NDArray[np.float32]
-
-
-@dataclass(frozen=True)
-class Question:
-    """What the rays of a bake depend on.
-
-    fingerprint: of the scene.
-    receivers: of all objects.
-    """
-
-    fingerprint: str
-    mode: str
-    samples: int
-    seed: int
-    receivers: int
-    format: int = FORMAT
-
-    def differences(self, other: dict[str, Any]) -> str:
-        """In words, what another question has different, or an empty string."""
-        told = [
-            f"{name} {other.get(name)} instead of {value}"
-            for name, value in asdict(self).items()
-            if name != "fingerprint" and other.get(name) != value
-        ]
-        if not told and other.get("fingerprint") != self.fingerprint:
-            told = ["another scene, or other objects of it"]
-        return ", ".join(told)
 
 
 @dataclass(frozen=True)
@@ -118,13 +88,13 @@ class _File:
 class PieceFolder:
     """The pieces of one bake in a folder, which may hold others.
 
-    question: that all its pieces answer.
+    key: of all its pieces.
     shard: what is saved belongs to it.
     first: number of the receiver that callers count as 0.
     """
 
     folder: Path
-    question: Question
+    key: TraceKey
     shard: Shard | None = None
     first: int = 0
 
@@ -159,7 +129,7 @@ class PieceFolder:
             header = _header(path, whole=True)
             if header is None:
                 raise ShardError(f"'{path}' is damaged: delete it, bake its shard again, then merge.")
-            different = self.question.differences(header)
+            different = self.key.differences(header)
             if different or not header.get("shard"):
                 raise ShardError(
                     f"'{path}' does not belong to this bake ({different or 'it is of no shard'}): merge with the scene and "
@@ -186,9 +156,9 @@ class PieceFolder:
     def _check_missing(self, files: Sequence[_File]) -> None:
         known = files[0].shard
         assert known, "checked before"
-        ends = [0, *(end for file in files for end in (file.start, file.stop)), self.question.receivers]
+        ends = [0, *(end for file in files for end in (file.start, file.stop)), self.key.receivers]
         gaps = [(start, stop) for start, stop in zip(ends[::2], ends[1::2], strict=True) if start < stop]
-        spans = [Shard(index, known.count).span(self.question.receivers) for index in range(known.count)]
+        spans = [Shard(index, known.count).span(self.key.receivers) for index in range(known.count)]
         missing = [
             index
             for index, span in enumerate(spans)
@@ -213,16 +183,14 @@ class PieceFolder:
     def _usable(self) -> Iterator[_File]:
         for path in self._paths():
             header = _header(path)
-            if header and not self.question.differences(header):
+            if header and not self.key.differences(header):
                 yield _File(header["start"], header["stop"], path, header)
 
     def _load(self, file: _File) -> Piece | None:
         """None if it is broken: then it is traced again."""
         try:
             with file.path.open("rb") as opened, np.load(opened) as stored:
-                hits = (
-                    KeptHits(self.question.samples, stored["starts"], stored["packed"]) if "packed" in stored else None
-                )
+                hits = KeptHits(self.key.samples, stored["starts"], stored["packed"]) if "packed" in stored else None
                 return Piece(slice(file.start - self.first, file.stop - self.first), stored["direct"], hits, found=True)
         except _BROKEN:
             return None
@@ -230,12 +198,12 @@ class PieceFolder:
     def _save(self, piece: Piece) -> None:
         start, stop = piece.receivers.start + self.first, piece.receivers.stop + self.first
         shard = self.shard and (self.shard.index, self.shard.count)
-        header = {**asdict(self.question), "start": start, "stop": stop, "shard": shard}
+        header = {**asdict(self.key), "start": start, "stop": stop, "shard": shard}
         arrays: dict[str, npt.NDArray[Any]] = {"header": np.array(json.dumps(header)), "direct": piece.direct}
         if piece.hits:
             arrays |= {"starts": piece.hits.starts, "packed": piece.hits.packed}
         belongs = f"shard-{self.shard.index}-of-{self.shard.count}" if self.shard else "piece"
-        name = digest(json.dumps(asdict(self.question)).encode()).hex()[:8]
+        name = digest(json.dumps(asdict(self.key)).encode()).hex()[:8]
         _write(self.folder / f"{belongs}-{name}-{start}-{stop}{_SUFFIX}", arrays)
 
 

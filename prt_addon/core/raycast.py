@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .errors import MeshError, RayCasterMissing
-from .parallel import Progress, ignore_progress
+from .monitor import UNWATCHED, Monitor
 
 try:
     from embreex.mesh_construction import TriangleMesh
@@ -66,14 +66,12 @@ class Hits:
 class RayScene:
     """Triangles to shoot at, centred and scaled to a unit sphere so that float32 has its best precision."""
 
-    def __init__(
-        self, vertices: Float64, triangles: npt.NDArray[np.int32], progress: Progress = ignore_progress
-    ) -> None:
+    def __init__(self, vertices: Float64, triangles: npt.NDArray[np.int32], monitor: Monitor = UNWATCHED) -> None:
         """
         Args:
             vertices: (V, 3) finite coordinates in any unit.
             triangles: (T, 3) vertex indices, counter-clockwise seen from the front.
-            progress: called now and then, with no rays; may raise Cancelled.
+            monitor: asked now and then whether to go on.
 
         Raises:
             RayCasterMissing: if embreex is not installed.
@@ -92,7 +90,7 @@ class RayScene:
         self._blocks = []
         for start in range(0, len(triangles), _BLOCK):
             self._blocks.append(_mesh(self._scene, points, triangles[start : start + _BLOCK]))
-            progress(0)
+            monitor.check_cancelled()
 
     def normalised(self, points: Float64) -> Float64:
         """World points to the scene's own unit sphere, where rays are given."""

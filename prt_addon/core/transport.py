@@ -15,11 +15,12 @@ import numpy as np
 import numpy.typing as npt
 
 from . import sh
-from .inputs import ReceiverGroup
-from .parallel import ALL_CORES, Workers
+from .monitor import Work
+from .problem import ReceiverGroup
 from .raycast import RayScene
 from .rotation import rotate_order2
 from .sampling import cosine_fibonacci, random_azimuths, tangent_frames
+from .workers import ALL_CORES, Workers
 
 Float32 = npt.NDArray[np.float32]
 Float64 = npt.NDArray[np.float64]
@@ -79,9 +80,8 @@ def unshadowed(normals: Float64, order: int = sh.ORDER, workers: Workers = ALL_C
     factors = sh.per_coefficient(sh.cosine_lobe(order)) / np.pi
     out = np.empty((len(normals), len(factors)), dtype=np.float32)
 
-    def work(part: slice) -> int:
+    def work(part: slice) -> None:
         np.multiply(sh.basis(normals[part], order), factors, out=out[part])
-        return 0
 
     workers.run(len(normals), _NORMALS_AT_A_TIME, work)
     return out
@@ -109,10 +109,10 @@ def shadowed(
     pattern = Pattern(samples, seed)
     out = np.empty((len(receivers), sh.coefficient_count(sh.ORDER)), dtype=np.float32)
 
-    def work(part: slice) -> int:
+    def work(part: slice) -> Work:
         rays = pattern.rays(receivers[part])
         out[part] = pattern.project(scene.visible(rays.origins, rays.directions), rays.frames)
-        return len(rays.origins)
+        return Work(rays=len(rays.origins))
 
     workers.run(len(receivers), pattern.chunk, work)
     return out

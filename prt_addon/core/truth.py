@@ -19,11 +19,12 @@ import numpy.typing as npt
 
 from . import sh
 from .albedo import Albedo
-from .parallel import ALL_CORES, Workers
+from .monitor import Work
 from .raycast import SMALLEST_SKIP, RayScene
 from .sampling import tangent_frames
 from .skylight import Skylight
 from .transport import Receivers
+from .workers import ALL_CORES, Workers
 
 Float64 = npt.NDArray[np.float64]
 Int64 = npt.NDArray[np.int64]
@@ -132,12 +133,12 @@ def trace_light(
     count = len(receivers)
     arrived = Arrived(np.empty((count, sky.count, 3)), np.empty((count, sh.coefficient_count(order), 3)))
 
-    def work(part: slice) -> int:
+    def work(part: slice) -> Work:
         rng = np.random.default_rng((seed, part.start))
         tally = _Tally(order, sky, part.stop - part.start)
         rays = _trace(scene, receivers[part], tally, samples, rng, bounces)
         arrived.radiance[part], arrived.transport[part] = tally.means(samples)
-        return rays
+        return Work(rays=rays)
 
     workers.run(count, max(1, _PATHS_AT_A_TIME // samples), work)
     return arrived

@@ -14,7 +14,7 @@ from typing import Literal
 
 import bpy
 
-from ..core.inputs import BakeSettings
+from ..core.problem import BakeSettings
 from .gather import survey
 from .modes import object_mode
 from .record import FORMAT_VERSION, BakeRecord, Evidence, read_record, same_transform, transform_of

@@ -13,41 +13,53 @@ import numpy.typing as npt
 from ..core.albedo import Albedo
 from ..core.digest import digest
 from ..core.errors import MeshError
-from ..core.inputs import Occluders, ReceiverGroup
+from ..core.problem import BakeProblem, BakeSettings, Island, Occluders
 from .albedo import SurfaceAlbedo, read_albedo
 from .cycles_colour import remember_instances
 from .meshes import ObjectReceivers, Surface, own_axes, read_receivers, read_surface
 from .prepare import NOTHING, Preparation, check_bakeable
 from .probe import is_probe
 from .record import Crowd, Evidence, Identity, identity
+from .transport_layers import Space
 
 SURFACE_TYPES = {"MESH", "CURVE", "SURFACE", "FONT", "META", "CURVES"}
+SHADOWED = BakeSettings("SHADOWED")
 _RIGHT_ANGLE = 1e-3  # largest cosine between the axes of an object that counts as unsheared
 
 
 @dataclass(frozen=True)
-class BakePlan:
-    """Everything a bake needs, as arrays: no bpy data, so that another process can work on it.
+class ObjectToBake:
+    """One object of a plan: no bpy data.
 
-    receivers: of the objects to bake, in their order; those of objects that may move have occluders of their own.
-    bystanders: receivers of all else, which light bounces off; empty unless the mode bounces light.
-    occluders: of all receivers that have none of their own.
-    warnings: sentences for the person.
-    evidence: of each of the receivers, what its bake depends on.
-    fingerprint: of all that rays depend on, the settings apart.
+    receivers: where its transport is computed and stored.
+    space: what it is baked for, SCENE or OBJECT.
+    evidence: what its bake depends on.
+    group: number of its receivers in the problem.
     """
 
-    receivers: list[ObjectReceivers]
-    bystanders: list[ObjectReceivers]
-    occluders: Occluders
+    receivers: ObjectReceivers
+    space: Space
+    evidence: Evidence
+    group: int
+
+
+@dataclass(frozen=True)
+class BakePlan:
+    """A bake of some objects of a scene.
+
+    objects: in the order that was asked for.
+    problem: for the engine. Its first island is the scene; each object that may move has one of its own.
+    warnings: sentences for the person.
+    """
+
+    objects: list[ObjectToBake]
+    problem: BakeProblem
     warnings: list[str]
-    evidence: list[Evidence]
-    fingerprint: str
 
     @property
-    def groups(self) -> list[ReceiverGroup]:
-        """What `core.bake_all` takes; the results of the first `len(receivers)` are wanted."""
-        return [found.group for found in (*self.receivers, *self.bystanders)]
+    def scene(self) -> Island:
+        """All that stays in its place."""
+        return self.problem.islands[0]
 
 
 @dataclass(frozen=True)
@@ -114,18 +126,19 @@ def check_unchanged(ob: bpy.types.Object, mesh: bpy.types.Mesh, receivers: Objec
 def gather(
     context: bpy.types.Context,
     objects: Sequence[bpy.types.Object],
-    bounces: bool = False,
+    settings: BakeSettings = SHADOWED,
     allowed: Preparation = NOTHING,
 ) -> BakePlan:
     """Read receivers of `objects`, and the surfaces of these and of everything visible to render.
 
     Args:
-        bounces: whether all surfaces also need albedo and receivers of their own.
+        settings: of the bake; if light bounces, all surfaces also need albedo and receivers of their own.
         allowed: what may be done, when the bake is written, to meshes that cannot hold it.
 
     Raises:
         MeshError: for the first object that cannot be baked.
     """
+    bounces = settings.mode == "INTERREFLECTED"
     depsgraph = context.evaluated_depsgraph_get()
     chosen = [_read_chosen(ob, ob.evaluated_get(depsgraph), bounces, allowed) for ob in objects]
     staying = {ob: read for ob, read in zip(objects, chosen, strict=True) if ob.prt.space == "SCENE"}
@@ -135,20 +148,34 @@ def gather(
     warnings = {warning: None for read in chosen + others if read.albedo for warning in read.albedo.warnings}
     if staying:
         warnings |= dict.fromkeys(_unseen(context.view_layer, set(objects)))
+    groups = _numbers([ob in staying for ob in objects], sum(read.receivers is not None for read in others))
     return BakePlan(
-        receivers=[read.receivers for read in chosen if read.receivers],
-        bystanders=[read.receivers for read in others if read.receivers],
-        occluders=_joined([*staying.values(), *others], bounces),
-        warnings=list(warnings),
-        evidence=[
-            Evidence(
-                read.identity,
-                np.array(ob.evaluated_get(depsgraph).matrix_world),
-                crowd.without(read.identity) if ob in staying else Crowd(),
+        objects=[
+            ObjectToBake(
+                read.receivers,
+                ob.prt.space,
+                Evidence(
+                    read.identity,
+                    np.array(ob.evaluated_get(depsgraph).matrix_world),
+                    crowd.without(read.identity) if ob in staying else Crowd(),
+                ),
+                number,
             )
-            for ob, read in zip(objects, chosen, strict=True)
+            for ob, read, number in zip(objects, chosen, groups, strict=True)
+            if read.receivers
         ],
-        fingerprint=_fingerprint([*chosen, *(read for read in others if read.receivers)], crowd),
+        problem=BakeProblem(
+            islands=[
+                _island([*staying.values(), *others], bounces),
+                *(_island([read], bounces) for ob, read in zip(objects, chosen, strict=True) if ob not in staying),
+            ],
+            settings=settings,
+            fingerprint=_fingerprint(
+                [*zip((ob.prt.space for ob in objects), chosen, strict=True), *(("SCENE", read) for read in others)],
+                crowd,
+            ),
+        ),
+        warnings=list(warnings),
     )
 
 
@@ -202,9 +229,6 @@ def _read_chosen(ob: bpy.types.Object, evaluated: bpy.types.Object, bounces: boo
     evaluated.to_mesh_clear()
     if not np.isfinite(found.surface.vertices).all():
         raise MeshError(f"Mesh of '{ob.name}' holds NaN or infinite coordinates: remove those vertices, then bake.")
-    if moves and found.receivers:
-        alone = replace(found.receivers.group, own=_joined([found], bounces))
-        return replace(found, receivers=replace(found.receivers, group=alone))
     return found
 
 
@@ -248,14 +272,24 @@ def _read_others(
                 yield (None if instance.is_instance else ob), found
 
 
-def _fingerprint(receiving: Iterable[_Read], crowd: Crowd) -> str:
-    """Of those that receive light, in the order of the plan, and of all that blocks it. Colours play no part."""
+def _numbers(stay: Sequence[bool], others: int) -> list[int]:
+    """The number of each object's group: those that stay come first, then what stands around them, then each of the rest."""
+    counts = {True: iter(range(len(stay))), False: iter(range(sum(stay) + others, len(stay) + others))}
+    return [next(counts[one]) for one in stay]
+
+
+def _island(read: Sequence[_Read], bounces: bool) -> Island:
+    """Of objects that shade each other."""
+    return Island([one.receivers.group for one in read if one.receivers], _joined(read, bounces))
+
+
+def _fingerprint(receiving: Iterable[tuple[str, _Read]], crowd: Crowd) -> str:
+    """Of those that receive light and what they are baked for, and of all that blocks it. Colours play no part."""
     parts = [f"{crowd.occluders:x}".encode()]
-    for read in receiving:
+    for space, read in receiving:
         if read.receivers:
             own = read.identity
-            baked_for = "OBJECT" if read.receivers.group.own else "SCENE"
-            parts += [baked_for.encode(), own.shape, own.normals, own.placement]
+            parts += [space.encode(), own.shape, own.normals, own.placement]
     return digest(*parts).hex()
 
 

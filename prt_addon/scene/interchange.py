@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from ..core import games202
 from ..core.errors import MeshError
-from ..core.inputs import BakeSettings
+from ..core.problem import BakeSettings
 from ..core.rotation import rotation_matrix
 from . import light, transport_layers
 from .meshes import index_array, own_axes

@@ -10,7 +10,7 @@ import bpy
 import numpy as np
 import numpy.typing as npt
 
-from ..core.inputs import ReceiverGroup
+from ..core.problem import ReceiverGroup
 from ..core.raycast import SKIP
 
 Float64 = npt.NDArray[np.float64]

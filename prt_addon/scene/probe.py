@@ -13,7 +13,7 @@ import bpy
 import numpy as np
 
 from ..core import sh
-from ..core.inputs import BakeSettings
+from ..core.problem import BakeSettings
 from . import shading, transport_layers
 from .meshes import layer_array
 from .record import RECORD

@@ -20,7 +20,7 @@ import numpy.typing as npt
 from ..core import sh
 from ..core.albedo import TexturePatch
 from ..core.digest import digest
-from ..core.inputs import BakeSettings
+from ..core.problem import BakeSettings
 from .albedo import SurfaceAlbedo
 from .meshes import face_starts
 from .versions import refuse_newer, version_of

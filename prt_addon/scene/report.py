@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..core.errors import LightError, MeshError
+from ..core.problem import BakeProblem, BakeSettings
 from ..core.report.subject import Light, Scenery, Subject
 from ..core.skylight import handy
 from . import gather, light, transport_layers
@@ -55,33 +56,41 @@ def read_baked(context: bpy.types.Context, objects: Sequence[bpy.types.Object]) 
     """
     records = [_record(ob) for ob in objects]
     bounces = any(record.settings.mode == "INTERREFLECTED" for record in records)
-    plan = gather.gather(context, objects, bounces)
-    stored = [_per_receiver(ob, receivers) for ob, receivers in zip(objects, plan.receivers, strict=True)]
-    staying = [group for group in plan.groups if group.own is None]
-    known = [one for one, receivers in zip(stored, plan.receivers, strict=True) if receivers.group.own is None]
-    unknown = sum(map(len, staying)) - sum(map(len, known))
-    everything = np.concatenate([*known, np.full((unknown, 9, 3), np.nan, dtype=np.float32)])
-    together = Scenery(plan.occluders, staying, everything)
+    plan = gather.gather(context, objects, BakeSettings("INTERREFLECTED" if bounces else "SHADOWED"))
+    stored = {one.group: _per_receiver(ob, one.receivers) for ob, one in zip(objects, plan.objects, strict=True)}
+    sceneries = _sceneries(plan.problem, stored)
     depsgraph = context.evaluated_depsgraph_get()
     baked = []
-    for ob, record, receivers, transport in zip(objects, records, plan.receivers, stored, strict=True):
-        group = receivers.group
-        scenery = Scenery(group.own, [group], transport) if group.own else together
+    for ob, record, one in zip(objects, records, plan.objects, strict=True):
+        moves = one.space == "OBJECT"
         evaluated = ob.evaluated_get(depsgraph)
-        matrix = np.array(gather.own_axes_matrix(evaluated) if group.own else evaluated.matrix_world)
+        matrix = np.array(gather.own_axes_matrix(evaluated) if moves else evaluated.matrix_world)
         surface = read_surface(evaluated.to_mesh(), matrix)
         evaluated.to_mesh_clear()
         subject = Subject(
-            group,
+            one.receivers.group,
             record.settings,
-            transport,
+            stored[one.group],
             surface.vertices[surface.triangles],
-            receivers.at_corners(surface),
-            scenery,
-            own_axes(evaluated.matrix_world) if group.own else np.eye(3),
+            one.receivers.at_corners(surface),
+            sceneries[one.group],
+            own_axes(evaluated.matrix_world) if moves else np.eye(3),
         )
-        baked.append(Baked(ob.name_full, subject, receivers))
+        baked.append(Baked(ob.name_full, subject, one.receivers))
     return baked
+
+
+def _sceneries(problem: BakeProblem, stored: dict[int, npt.NDArray[np.float32]]) -> list[Scenery]:
+    """What surrounds each group of a problem; groups of one island share it."""
+    sceneries: list[Scenery] = []
+    for island, first, _ in problem.numbered():
+        transport = [
+            stored.get(first + k, np.full((len(group), 9, 3), np.nan, dtype=np.float32))
+            for k, group in enumerate(island.groups)
+        ]
+        if transport:
+            sceneries += [Scenery(island.occluders, island.groups, np.concatenate(transport))] * len(transport)
+    return sceneries
 
 
 def read_light(scene: bpy.types.Scene) -> Light:

@@ -9,7 +9,7 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 from ..core.errors import PRTError
-from ..core.inputs import BakeSettings
+from ..core.problem import BakeSettings
 from ..core.run import MEMORY, Run
 from ..core.sh import ORDER
 from .prepare import Preparation

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from ..core import sh
 from ..core.errors import MeshError
-from ..core.inputs import BakeSettings
+from ..core.problem import BakeSettings
 from .libraries import check_own
 from .meshes import Domain, layer_array
 from .record import RECORD, Evidence, check_version, write_record

@@ -3,15 +3,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import bpy
-import numpy as np
-import numpy.typing as npt
 
 from ..core import raycast
-from ..core.inputs import BakeSettings
-from ..core.pieces import Question
+from ..core.bake import BakeResult
+from ..core.problem import BakeSettings
 from . import freshness, gather, light, prepare, shading, sky, transport_layers
 from .modes import Place, found_again, object_mode
 from .prepare import Preparation
@@ -59,7 +55,7 @@ class WholeBake:
             else:
                 self._light = project(here, projected)
         with object_mode(context):
-            self.plan = gather.gather(context, objects, settings.mode == "INTERREFLECTED", allowed)
+            self.plan = gather.gather(context, objects, settings, allowed)
         self.settings = settings
         self._allowed, self._with_shading = allowed, with_shading
         self._names = [ob.name_full for ob in objects]
@@ -68,24 +64,16 @@ class WholeBake:
     @property
     def summary(self) -> str:
         """What is baked, in words."""
-        count = sum(len(receivers.group) for receivers in self.plan.receivers)
+        count = sum(len(one.receivers.group) for one in self.plan.objects)
         return f"{len(self._names)} object(s), {count:,} receivers"
 
-    @property
-    def question(self) -> Question:
-        """What its pieces must answer."""
-        settings = self.settings
-        receivers = sum(map(len, self.plan.groups))
-        return Question(self.plan.fingerprint, settings.mode, settings.samples, settings.seed, receivers)
+    def findings(self, result: BakeResult) -> list[str]:
+        """What the engine found of the objects that were to be baked, and not of those that only bounced light at them."""
+        wanted = {one.group for one in self.plan.objects}
+        return [sentence for number, sentence in result.findings if number in wanted]
 
-    def concerns(self, number: int) -> bool:
-        """Whether a group of the plan is baked, and not only bounces light at those that are."""
-        return number < len(self.plan.receivers)
-
-    def write(
-        self, context: bpy.types.Context, results: Sequence[npt.NDArray[np.float32]]
-    ) -> tuple[list[str], list[str]]:
-        """Write the transport of all groups of the plan, and light and shading if asked for.
+    def write(self, context: bpy.types.Context, result: BakeResult) -> tuple[list[str], list[str]]:
+        """Write the transport of all objects of the plan, and light and shading if asked for.
 
         Into the scene that was read, whichever the window shows by now.
 
@@ -96,11 +84,9 @@ class WholeBake:
             PRTError: before anything is written, if the scene is no longer what was read.
         """
         with self._place.again(context):
-            return self._write(context, results)
+            return self._write(context, result)
 
-    def _write(
-        self, context: bpy.types.Context, results: Sequence[npt.NDArray[np.float32]]
-    ) -> tuple[list[str], list[str]]:
+    def _write(self, context: bpy.types.Context, result: BakeResult) -> tuple[list[str], list[str]]:
         objects = [found_again(bpy.data.objects, "Object", name) for name in self._names]
         here = sky.read_sky(context.scene) if self._light else None  # refuses before writing, as all that follows
         if here and self._light:
@@ -111,19 +97,17 @@ class WholeBake:
             shading.check_materials(objects)
         with object_mode(context):
             with prepare.own_meshes(context, objects, self._allowed) as own:
-                for ob, receivers in zip(objects, self.plan.receivers, strict=True):
-                    gather.check_unchanged(ob, own.mesh_of(ob), receivers)
-            for ob, receivers, transport, evidence in zip(
-                objects, self.plan.receivers, results, self.plan.evidence, strict=False
-            ):
+                for ob, one in zip(objects, self.plan.objects, strict=True):
+                    gather.check_unchanged(ob, own.mesh_of(ob), one.receivers)
+            for ob, one in zip(objects, self.plan.objects, strict=True):
                 transport_layers.write(
                     ob.data,
-                    receivers.domain,
-                    transport,
-                    receivers.element_receiver,
+                    one.receivers.domain,
+                    result.transport[one.group],
+                    one.receivers.element_receiver,
                     self.settings,
-                    "OBJECT" if receivers.group.own else "SCENE",
-                    evidence,
+                    one.space,
+                    one.evidence,
                 )
         freshness.note_baked(objects)
         notes = [*own.notes, *self._notes]

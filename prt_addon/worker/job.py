@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any, Generic, TypeVar
 
-from ..core.bake import bounce_work, ray_count
+from ..core.bake import BakeResult
 from ..core.errors import CANCELLED, Cancelled, EngineError, PRTError
-from ..core.inputs import BakeSettings, Occluders, ReceiverGroup
+from ..core.monitor import Work
+from ..core.problem import BakeProblem
 from ..core.run import PLAINLY, Run
 from . import serve, tasks
 from .engine import Engine
@@ -37,29 +38,28 @@ class Job(Generic[Value]):
         self,
         task: Callable[..., Value],
         *arguments: Any,
-        total: int,
-        bounces: int = 0,
+        work: Work,
         run: Run = PLAINLY,
         threads: int = 0,
         patience: float = PATIENCE,
         doing: str = "",
+        unit: str = "ray",
     ) -> None:
         """
         Args:
             task: one of `tasks`.
             arguments: of it, all but the last.
-            total: rays that it will count.
-            bounces: what it will count of bounces, about.
+            work: all that its monitor will see done.
             run: how else it is carried out.
             threads: that it may use; all cores if 0.
             patience: seconds that the engine is kept afterwards.
-            doing: what it is doing, in a word, if it counts something else than rays.
+            doing: what it is doing, in a word, and
+            unit: what it counts, if it counts something else than rays.
         """
-        self.total = total
-        self.done = self.bounced = 0
-        self._bounces, self._doing = bounces, doing
+        self.work, self.done, self.unit = work, Work(), unit
+        self._doing = doing
         self._order = serve.Job(task, arguments, run, threads, patience)
-        self._speeds = deque([(time.monotonic(), 0, 0)])
+        self._speeds = deque([(time.monotonic(), Work())])
         self._cancelled: float | None = None
         self._outcome: serve.Result | serve.Failure | None = None
 
@@ -74,7 +74,7 @@ class Job(Generic[Value]):
             raise PRTError("A bake is running: wait for it, or cancel it.")
         wake_engine().send(self._order)
         _current = self
-        self._speeds = deque([(time.monotonic(), 0, 0)])
+        self._speeds = deque([(time.monotonic(), Work())])
 
     @property
     def running(self) -> bool:
@@ -84,18 +84,18 @@ class Job(Generic[Value]):
     @property
     def progress(self) -> float:
         """Share of the work that is done, 0..1."""
-        total = self.total + self._bounces
-        return min(1.0, (self.done + self.bounced) / total) if total else 0.0
+        return min(1.0, self.done.total / self.work.total) if self.work.total else 0.0
 
     @property
     def text(self) -> str:
         """One line for panel and status bar."""
-        (then, rays_then, work_then), (now, rays, work) = self._speeds[0], self._speeds[-1]
-        if not work:
+        (then, before), (now, done) = self._speeds[0], self._speeds[-1]
+        if not done.total:
             return self._doing or "preparing the rays"
         seconds = max(now - then, 1e-9)
-        left = max(0, self.total + self._bounces - work) * seconds / max(work - work_then, 1)
-        doing = "bouncing light" if self.done == self.total else f"{(rays - rays_then) / seconds / 1e6:.1f} Mrays/s"
+        left = max(0, self.work.total - done.total) * seconds / max(done.total - before.total, 1)
+        rate = f"{(done.rays - before.rays) / seconds / 1e6:.1f} Mrays/s"
+        doing = "bouncing light" if self.done.rays == self.work.rays else rate
         return f"{self.progress:.0%}  {self._doing or doing}  {_spoken(left)} left"
 
     def step(self, wait: float = 0.0) -> None:
@@ -144,45 +144,28 @@ class Job(Generic[Value]):
     def _hear(self, word: Any) -> None:
         assert _engine
         if isinstance(word, serve.Progress):
-            self._advance(word)
+            self._advance(word.done)
             _engine.send(serve.Continue())
             return
         if isinstance(word, serve.Result):
-            self._advance(word.progress)
+            self._advance(word.done)
         elif not isinstance(word, serve.Failure):
             raise EngineError("The engine answered something that has no meaning. Nothing was changed: try again.")
         self._outcome = word
         _release(self._order.patience)
 
-    def _advance(self, progress: serve.Progress) -> None:
-        self.done, self.bounced = progress.rays, progress.bounced
+    def _advance(self, done: Work) -> None:
+        self.done = done
         now = time.monotonic()
         if now > self._speeds[-1][0] + _MOMENT:
-            self._speeds.append((now, self.done, self.done + self.bounced))
+            self._speeds.append((now, done))
             while len(self._speeds) > 2 and self._speeds[0][0] < now - _RECENT:
                 self._speeds.popleft()
 
 
-def whole_bake(
-    groups: Sequence[ReceiverGroup],
-    occluders: Occluders,
-    settings: BakeSettings,
-    run: Run = PLAINLY,
-    threads: int = 0,
-    patience: float = PATIENCE,
-) -> Job[tasks.Baked]:
-    """The job of `core.bake.bake_all`."""
-    return Job(
-        tasks.bake,
-        groups,
-        occluders,
-        settings,
-        total=ray_count(groups, settings),
-        bounces=bounce_work(groups, settings),
-        run=run,
-        threads=threads,
-        patience=patience,
-    )
+def bake_job(problem: BakeProblem, run: Run = PLAINLY, threads: int = 0, patience: float = PATIENCE) -> Job[BakeResult]:
+    """The job of a whole bake."""
+    return Job(tasks.bake, problem, work=problem.work, run=run, threads=threads, patience=patience)
 
 
 _current: Job[Any] | None = None

@@ -19,8 +19,9 @@ from typing import Any, NoReturn
 
 from ..core.errors import CANCELLED, Cancelled, EngineError, NoRoom, PRTError
 from ..core.kept import KeptTraces
-from ..core.parallel import Workers
+from ..core.monitor import Monitor, Work
 from ..core.run import Run
+from ..core.workers import Workers
 from .channel import Channel
 
 READY = "ready"
@@ -48,10 +49,9 @@ class Job:
 
 @dataclass(frozen=True)
 class Progress:
-    """Rays cast, and bounces as the number of rays that take as long, since the job began."""
+    """What is done of a job."""
 
-    rays: int
-    bounced: int
+    done: Work
 
 
 class Continue:
@@ -67,7 +67,7 @@ class Result:
     """What a job came to, and the last word about its progress."""
 
     value: Any
-    progress: Progress
+    done: Work
 
 
 @dataclass(frozen=True)
@@ -110,12 +110,11 @@ def _connection(handle: int) -> Connection:
 
 def _answer(job: Job, channel: Channel, kept: KeptTraces) -> Result | Failure:
     """Carry out a job."""
-    monitor = _Monitor(channel)
-    workers = Workers(job.threads, monitor.advance)
+    monitor = _ToldMonitor(channel)
     try:
-        monitor.advance(0)
-        run = replace(job.run, workers=workers, kept=kept, bounced=monitor.advance_bounces)
-        return Result(job.task(*job.arguments, run), monitor.progress)
+        monitor.check_cancelled()
+        run = replace(job.run, workers=Workers(job.threads, monitor), kept=kept)
+        return Result(job.task(*job.arguments, run), monitor.done)
     except (PRTError, OSError) as error:
         if isinstance(error, OSError) and error.filename is None:
             return Failure(EngineError(f"The engine failed: {error.strerror or error}. Nothing was changed."))
@@ -132,26 +131,21 @@ def _answer(job: Job, channel: Channel, kept: KeptTraces) -> Result | Failure:
         return Failure(EngineError(f"The engine failed: {type(error).__name__}: {error}. Nothing was changed."))
 
 
-class _Monitor:
+class _ToldMonitor(Monitor):
     """Tells Blender of a job's progress, and listens whether it is to go on."""
 
     def __init__(self, channel: Channel) -> None:
+        self.done = Work()
         self._channel = channel
-        self._rays = self._bounced = 0
         self._next, self._answered = 0.0, True
 
-    @property
-    def progress(self) -> Progress:
-        """How far the job is."""
-        return Progress(self._rays, self._bounced)
+    def advance(self, work: Work) -> None:
+        """Count it; see `Monitor`."""
+        self.done += work
+        self.check_cancelled()
 
-    def advance(self, rays: int) -> None:
-        """Count rays.
-
-        Raises:
-            Cancelled: if the person asked to stop.
-        """
-        self._rays += rays
+    def check_cancelled(self) -> None:
+        """See `Monitor`. Talks to Blender only now and then."""
         if time.monotonic() < self._next:
             return
         try:
@@ -166,10 +160,6 @@ class _Monitor:
                 raise Cancelled(CANCELLED)
             self._answered = True
         if self._answered:
-            self._channel.post(self.progress)
+            self._channel.post(Progress(self.done))
             self._channel.flush()
             self._answered = False
-
-    def advance_bounces(self, rays: int) -> None:
-        """Count bounces."""
-        self._bounced += rays

@@ -9,43 +9,27 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from ..core.bake import bake_all, trace_shard
-from ..core.inputs import BakeSettings, Occluders, ReceiverGroup
+from ..core import bake as core_bake
+from ..core.bake import BakeResult
+from ..core.monitor import Monitor, Work
 from ..core.pieces import Shard
+from ..core.problem import BakeProblem
 from ..core.report.findings import Effort, Findings, find
 from ..core.report.heat import receiver_errors
 from ..core.report.subject import Light, Subject
 from ..core.run import Run
 
-Float32 = npt.NDArray[np.float32]
 Float64 = npt.NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Baked:
-    """What a bake came to.
-
-    transport: of each group, (N, 9) or (N, 9, 3).
-    findings: sentences for the person, each with the number of the group that it is about.
-    """
-
-    transport: list[Float32]
-    findings: list[tuple[int, str]]
+def bake(problem: BakeProblem, run: Run) -> BakeResult:
+    """A whole bake: `core.bake.bake`."""
+    return core_bake.bake(problem, run)
 
 
-def bake(groups: Sequence[ReceiverGroup], occluders: Occluders, settings: BakeSettings, run: Run) -> Baked:
-    """Bake all groups: `core.bake.bake_all`."""
-    numbers = {id(group): number for number, group in enumerate(groups)}
-    findings: list[tuple[int, str]] = []
-    run = replace(run, tell=lambda group, sentence: findings.append((numbers[id(group)], sentence)))
-    return Baked(bake_all(groups, occluders, settings, run), findings)
-
-
-def shard(
-    groups: Sequence[ReceiverGroup], occluders: Occluders, settings: BakeSettings, share: Shard, run: Run
-) -> None:
-    """Cast the rays of one shard into the folder of the run: `core.bake.trace_shard`."""
-    trace_shard(groups, occluders, settings, share, run)
+def shard(problem: BakeProblem, share: Shard, run: Run) -> None:
+    """The rays of one shard, into the folder of the run: `core.bake.trace_shard`."""
+    core_bake.trace_shard(problem, share, run)
 
 
 @dataclass(frozen=True)
@@ -64,11 +48,24 @@ def measure(
     subjects: Sequence[Subject], light: Light, effort: Effort, at_points: bool, at_receivers: bool, run: Run
 ) -> list[Measured]:
     """Measure baked objects, at points of their surfaces, at their receivers, or at both. An object counts as one ray."""
-    watching = replace(run.workers, progress=lambda _rays: run.workers.progress(0))
+    watching = replace(run.workers, monitor=_Uncounted(run.workers.monitor))
     measured = []
     for subject in subjects:
         findings = find(subject, light, effort, watching) if at_points else None
         errors = receiver_errors(subject, light, effort.seed, watching) if at_receivers else None
         measured.append(Measured(findings, errors))
-        run.workers.progress(1)
+        run.workers.monitor.advance(Work(rays=1))
     return measured
+
+
+class _Uncounted(Monitor):
+    """Stops work as another monitor does, and counts nothing: nobody knows how many rays a report will take."""
+
+    def __init__(self, monitor: Monitor) -> None:
+        self._monitor = monitor
+
+    def advance(self, _work: Work) -> None:
+        self._monitor.check_cancelled()
+
+    def check_cancelled(self) -> None:
+        self._monitor.check_cancelled()

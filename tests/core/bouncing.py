@@ -8,7 +8,7 @@ import numpy as np
 from prt_addon.core.albedo import Albedo, CornerColours, TexturePatch
 from prt_addon.core.gather import Gather
 from prt_addon.core.hits import trace
-from prt_addon.core.inputs import BakeSettings, Occluders, ReceiverGroup
+from prt_addon.core.problem import BakeSettings, Occluders, ReceiverGroup
 from prt_addon.core.raycast import RayScene
 from prt_addon.core.transport import Receivers
 

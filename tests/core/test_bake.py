@@ -5,12 +5,13 @@ import numpy as np
 import pytest
 
 from prt_addon.core import raycast
-from prt_addon.core.bake import bake, ray_count
 from prt_addon.core.errors import Cancelled, MeshError, RayCasterMissing
-from prt_addon.core.inputs import BakeSettings, Occluders, ReceiverGroup
-from prt_addon.core.parallel import Workers
+from prt_addon.core.monitor import Work
+from prt_addon.core.problem import BakeProblem, BakeSettings, Occluders, ReceiverGroup
 from prt_addon.core.run import Run
+from prt_addon.core.workers import Workers
 from tests.core import shapes
+from tests.core.baking import Noting, bake
 
 SETTINGS = BakeSettings(samples=64, seed=3)
 
@@ -70,20 +71,21 @@ def test_seed_changes_the_noise():
 def test_progress_ends_at_the_ray_count(mode):
     """The bar's total is known before the bake starts."""
     groups, occluders = scene()
-    settings, told = BakeSettings(mode=mode, samples=64), []
-    bake(groups, occluders, settings, Run(Workers(progress=told.append)))
-    assert sum(told) == ray_count(groups, settings) == {"UNSHADOWED": 0, "SHADOWED": 64 * 755}[mode]
+    settings, monitor = BakeSettings(mode=mode, samples=64), Noting()
+    bake(groups, occluders, settings, Run(Workers(monitor=monitor)))
+    expected = Work(rays={"UNSHADOWED": 0, "SHADOWED": 64 * 755}[mode])
+    assert monitor.done == BakeProblem.of(groups, occluders, settings).work == expected
 
 
 def test_cancel_comes_out():
     """The caller's own exception, not one of the pool's."""
     groups, occluders = scene()
 
-    def progress(rays):
+    def stop():
         raise Cancelled("stop")
 
     with pytest.raises(Cancelled, match="stop"):
-        bake(groups, occluders, SETTINGS, Run(Workers(progress=progress)))
+        bake(groups, occluders, SETTINGS, Run(Workers(monitor=Noting(stop))))
 
 
 @pytest.mark.parametrize("mode", ["UNSHADOWED", "SHADOWED"])

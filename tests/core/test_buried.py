@@ -6,16 +6,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from prt_addon.core import bake as engine
 from prt_addon.core import buried as buried_module
 from prt_addon.core import transport as transport_module
 from prt_addon.core.albedo import Albedo
-from prt_addon.core.bake import bake, bounce, ray_count
+from prt_addon.core.bake import bounce
 from prt_addon.core.buried import Fill
-from prt_addon.core.casting import trace_groups
-from prt_addon.core.inputs import BakeSettings, Occluders, ReceiverGroup
-from prt_addon.core.parallel import Workers
+from prt_addon.core.problem import BakeProblem, BakeSettings, Occluders, ReceiverGroup
 from prt_addon.core.run import Run
+from prt_addon.core.workers import Workers
 from tests.core import shapes
+from tests.core.baking import Noting, bake, trace_all
 
 SETTINGS = BakeSettings(samples=128, seed=3)
 OPEN = 0.5 / np.sqrt(np.pi)
@@ -53,7 +54,7 @@ def scaled(mesh, *factors):
 
 def buried_of(groups, occluders):
     """Which receivers of each group were filled."""
-    traced = trace_groups(groups, occluders, replace(SETTINGS, mode="INTERREFLECTED"))
+    traced = trace_all(groups, occluders, replace(SETTINGS, mode="INTERREFLECTED"))
     return np.split(traced.fill.buried, np.cumsum(traced.sizes)[:-1])
 
 
@@ -170,7 +171,7 @@ def test_bounces_neither_start_nor_end_in_the_ground():
     """Filled receivers hold the mean of their neighbours after every number of bounces."""
     groups, occluders = ball_in_ground()
     settings = replace(SETTINGS, mode="INTERREFLECTED")
-    traced = trace_groups(groups, occluders, settings)
+    traced = trace_all(groups, occluders, settings)
     for bounces in (0, 1, 4):
         result = np.concatenate(bounce(traced, occluders, replace(settings, bounces=bounces)))
         again = traced.fill(result.copy())
@@ -200,22 +201,20 @@ def test_same_bits_for_any_chunks_threads_and_group_order(monkeypatch):
 
 def test_it_is_told_and_rays_are_not_counted():
     groups, occluders = ball_in_ground()
-    told, rays = [], []
-    run = Run(Workers(progress=rays.append), lambda group, sentence: told.append((group.name, sentence)))
-    bake(groups, occluders, SETTINGS, run)
-    assert sum(rays) == ray_count(groups, SETTINGS)
-    assert [name for name, _ in told] == ["mesh 0", "mesh 1"]
+    monitor, problem = Noting(), BakeProblem.of(groups, occluders, SETTINGS)
+    told = engine.bake(problem, Run(Workers(monitor=monitor))).findings
+    assert monitor.done == problem.work
+    assert [number for number, _ in told] == [0, 1]
     share = np.mean(buried_of(groups, occluders)[0])
     assert told[0][1].startswith(f"{share:.0%} of the receivers of 'mesh 0' lie inside other geometry")
 
 
 def test_black_and_tiny_objects_are_told():
-    told = []
     groups, occluders = scene_of(flipped(shapes.icosphere(3)), moved(scaled(shapes.icosphere(2), *[1e-4] * 3), 4, 0, 0))
-    bake(groups, occluders, SETTINGS, Run(tell=lambda group, sentence: told.append(sentence)))
-    assert len(told) == 2
-    assert "No light reaches 'mesh 0'" in told[0]
-    assert "'mesh 1' is tiny beside the scene" in told[1]
+    (first, black), (second, tiny) = engine.bake(BakeProblem.of(groups, occluders, SETTINGS)).findings
+    assert (first, second) == (0, 1)
+    assert "No light reaches 'mesh 0'" in black
+    assert "'mesh 1' is tiny beside the scene" in tiny
 
 
 def test_usual_bakes_cast_no_more_rays(monkeypatch):

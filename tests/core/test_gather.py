@@ -9,17 +9,17 @@ import pytest
 from prt_addon.core import gather as gather_module
 from prt_addon.core.albedo import Albedo
 from prt_addon.core.bake import bounce
-from prt_addon.core.casting import trace_groups
 from prt_addon.core.gather import Gather
 from prt_addon.core.raycast import RayScene
 from prt_addon.core.transport import Pattern
+from tests.core.baking import trace_all
 from tests.core.bouncing import SETTINGS, corner, gather_of, patterned, receivers_at, room
 
 
 def test_no_bounce_creates_energy():
     groups, occluders = corner(10)
     for albedo in (occluders.albedo, patterned(occluders).albedo):
-        traced = trace_groups(groups, occluders, SETTINGS)
+        traced = trace_all(groups, occluders, SETTINGS)
         gather = Gather(traced.hits, albedo, occluders.corner_receiver)
         rows = gather(np.ones((len(traced.direct), gather.channels, 9), dtype=np.float32))
         assert rows.min() >= 0.0
@@ -52,7 +52,7 @@ def test_choice_of_a_corner_keeps_the_energy_and_the_mean(monkeypatch):
     Under a ramp, each receiver's error is a sum of random choices; their mean has no more than its own standard error.
     """
     groups, occluders = corner(24)
-    hits = trace_groups(groups, occluders, replace(SETTINGS, samples=256)).hits
+    hits = trace_all(groups, occluders, replace(SETTINGS, samples=256)).hits
 
     def both(state):
         results = []
@@ -76,7 +76,7 @@ def test_choice_of_a_corner_is_lost_in_the_noise_of_the_rays(monkeypatch, count)
     """A quarter of that noise would lengthen the error by a thirtieth."""
     groups, occluders = corner(count)
     settings = replace(SETTINGS, samples=256)
-    traced = [trace_groups(groups, occluders, replace(settings, seed=seed)) for seed in (0, 1)]
+    traced = [trace_all(groups, occluders, replace(settings, seed=seed)) for seed in (0, 1)]
     usual = np.concatenate(bounce(traced[0], occluders, settings))
     monkeypatch.setattr(gather_module, "_FINE", 0.0)
     exact, other = (np.concatenate(bounce(one, occluders, settings)) for one in traced)
@@ -90,7 +90,7 @@ def test_thin_bounces_are_lost_in_the_noise_of_the_rays(monkeypatch, scenery, co
     """All bounces but the last read a quarter of the hits: a share of the noise lengthens the error by half its square."""
     groups, occluders = scenery(count)
     settings = replace(SETTINGS, samples=256, bounces=20)
-    traced = [trace_groups(groups, occluders, replace(settings, seed=seed)) for seed in (0, 1)]
+    traced = [trace_all(groups, occluders, replace(settings, seed=seed)) for seed in (0, 1)]
     usual = np.concatenate(bounce(traced[0], occluders, settings))
     monkeypatch.setattr(gather_module, "THIN", 1)
     whole, other = (np.concatenate(bounce(one, occluders, settings)) for one in traced)
@@ -101,7 +101,7 @@ def test_thin_bounces_are_lost_in_the_noise_of_the_rays(monkeypatch, scenery, co
 def test_thin_bounces_keep_the_energy():
     groups, occluders = corner(10)
     occluders = patterned(occluders)
-    traced = trace_groups(groups, occluders, replace(SETTINGS, samples=30))
+    traced = trace_all(groups, occluders, replace(SETTINGS, samples=30))
     plain = Albedo(occluders.albedo.constant)
     white = np.ones((len(traced.direct), 3, 9), dtype=np.float32)
     for albedo, closeness in ((plain, 0.02), (occluders.albedo, 0.05)):

@@ -13,18 +13,18 @@ from prt_addon.core import casting, sh
 from prt_addon.core import gather as gather_module
 from prt_addon.core import transport as transport_module
 from prt_addon.core.albedo import Albedo, TexturePatch
-from prt_addon.core.bake import bake, bounce
-from prt_addon.core.casting import trace_groups
+from prt_addon.core.bake import bounce
 from prt_addon.core.errors import Cancelled
 from prt_addon.core.gather import Gather
 from prt_addon.core.hits import trace
-from prt_addon.core.inputs import BakeSettings, Occluders
 from prt_addon.core.interreflection import interreflected
-from prt_addon.core.parallel import Workers
+from prt_addon.core.problem import BakeSettings, Occluders
 from prt_addon.core.raycast import RayScene
 from prt_addon.core.run import Run
 from prt_addon.core.spill import in_file
 from prt_addon.core.transport import shadowed
+from prt_addon.core.workers import Workers
+from tests.core.baking import Noting, bake, trace_all
 from tests.core.bouncing import SETTINGS, corner, gather_of, inside_sphere, panel, patterned, receivers_at, scene_of
 
 
@@ -53,7 +53,7 @@ def test_series_rises_and_stays_below_the_open_sky():
     groups, occluders = scene_of(
         [panel((-1, -1, 0), (2, 0, 0), (0, 2, 0), 9), panel((-1, -1, 0.5), (0, 2, 0), (2, 0, 0), 9)], [[1, 1, 1]] * 2
     )
-    traced = trace_groups(groups, occluders, SETTINGS)
+    traced = trace_all(groups, occluders, SETTINGS)
     sums = [np.concatenate(bounce(traced, occluders, replace(SETTINGS, bounces=n)))[:, 0] for n in range(6)]
     steps = np.diff(sums, axis=0)
     assert (steps >= 0.0).all()
@@ -77,7 +77,7 @@ def test_corners_without_receiver_return_nothing():
 
 def test_direct_part_has_the_bits_of_shadowed():
     groups, occluders = corner(12)
-    traced = trace_groups(groups, occluders, SETTINGS)
+    traced = trace_all(groups, occluders, SETTINGS)
     expected = np.concatenate(bake(groups, occluders, replace(SETTINGS, mode="SHADOWED")))
     np.testing.assert_array_equal(traced.direct, expected)
     dark = replace(occluders, albedo=Albedo(np.zeros(occluders.triangles.shape)))
@@ -126,7 +126,7 @@ def test_a_tolerance_is_reached():
             return super().__call__(transport, thin)
 
     settings = replace(SETTINGS, samples=30)
-    traced = trace_groups(groups, occluders, settings)
+    traced = trace_all(groups, occluders, settings)
     occluders = patterned(occluders)
     interreflected(traced.direct, Counted(traced.hits, occluders.albedo, occluders.corner_receiver), 0, 1e-3)
     assert 3 < len(calls) < 20
@@ -137,9 +137,9 @@ def test_a_tolerance_is_reached():
 def test_same_bits_in_any_pieces_in_memory_or_on_disk(monkeypatch, rays, memory):
     groups, occluders = corner(8)
     occluders = patterned(occluders)
-    whole = trace_groups(groups, occluders, SETTINGS)
+    whole = trace_all(groups, occluders, SETTINGS)
     monkeypatch.setattr(casting, "_RAYS_IN_A_PIECE", rays)
-    pieces = trace_groups(groups, occluders, SETTINGS, Run(memory=memory))
+    pieces = trace_all(groups, occluders, SETTINGS, Run(memory=memory))
     assert len(pieces.hits.pieces) == -(-192 // max(1, rays // 64))
     assert [in_file(piece.packed) for piece in pieces.hits.pieces].count(True) in (
         range(1, 192) if memory == 20_000 else [len(pieces.hits.pieces) if memory == 0 else 0]
@@ -152,7 +152,7 @@ def test_same_bits_in_any_pieces_in_memory_or_on_disk(monkeypatch, rays, memory)
 
 def test_another_albedo_needs_no_new_rays():
     groups, occluders = corner(8)
-    traced = trace_groups(groups, occluders, SETTINGS)
+    traced = trace_all(groups, occluders, SETTINGS)
     edited = patterned(occluders)
     again = bounce(traced, edited, SETTINGS)
     for kept, fresh in zip(again, bake(groups, edited, SETTINGS), strict=True):
@@ -162,7 +162,7 @@ def test_another_albedo_needs_no_new_rays():
 
 def test_grey_is_worth_one_channel_and_equals_three():
     groups, occluders = corner(8, colours=[[0.5] * 3] * 3)
-    traced = trace_groups(groups, occluders, SETTINGS)
+    traced = trace_all(groups, occluders, SETTINGS)
     almost = replace(occluders, albedo=Albedo(occluders.albedo.constant * np.float32([1, 1, 0.5])))
     assert Gather(traced.hits, occluders.albedo, occluders.corner_receiver).channels == 1
     for grey, colour in zip(bounce(traced, occluders, SETTINGS), bounce(traced, almost, SETTINGS), strict=True):
@@ -191,11 +191,13 @@ def test_a_two_coloured_floor_bleeds_each_colour_to_its_side():
 def test_bounces_can_be_cancelled():
     groups, occluders = corner(6)
 
-    def stop(_rays):
-        raise Cancelled("enough")
+    class Stop(Noting):
+        def advance(self, work):
+            if work.bounces:
+                raise Cancelled("enough")
 
     with pytest.raises(Cancelled, match="enough"):
-        bake(groups, occluders, SETTINGS, Run(bounced=stop))
+        bake(groups, occluders, SETTINGS, Run(Workers(monitor=Stop())))
 
 
 def test_nothing_hit_leaves_nothing_to_bounce():
@@ -203,7 +205,7 @@ def test_nothing_hit_leaves_nothing_to_bounce():
     (result,) = bake(groups, occluders, SETTINGS)
     (direct,) = bake(groups, occluders, replace(SETTINGS, mode="SHADOWED"))
     np.testing.assert_array_equal(result, np.repeat(direct[:, :, None], 3, axis=2))
-    assert trace_groups(groups, occluders, SETTINGS).hits.count == 0
+    assert trace_all(groups, occluders, SETTINGS).hits.count == 0
 
 
 # --- against a path tracer --------------------------------------------------------------------------------------------

@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from prt_addon.core.bake import bake_all
 from prt_addon.core.kept import KeptTraces
 from prt_addon.core.raycast import RayScene
 from prt_addon.core.run import Run
 from tests.core import bouncing
+from tests.core.baking import bake
 
 
 def test_another_colour_or_number_of_bounces_casts_no_ray(monkeypatch):
@@ -18,7 +18,7 @@ def test_another_colour_or_number_of_bounces_casts_no_ray(monkeypatch):
     groups, red = bouncing.corner(6)
     green = bouncing.corner(6, [(0.2, 0.9, 0.2)] * 3)[1]
     kept = Run(kept=KeptTraces())
-    before = bake_all(groups, red, bouncing.SETTINGS, kept)
+    before = bake(groups, red, bouncing.SETTINGS, kept)
     more = replace(bouncing.SETTINGS, bounces=5)
 
     def no_rays(*_):
@@ -26,8 +26,8 @@ def test_another_colour_or_number_of_bounces_casts_no_ray(monkeypatch):
 
     with monkeypatch.context() as patch:
         patch.setattr(RayScene, "hits", no_rays)
-        after = bake_all(groups, green, more, kept)
+        after = bake(groups, green, more, kept)
         with pytest.raises(AssertionError, match="a ray was cast"):
-            bake_all(groups, green, replace(more, samples=65), kept)
-    assert all(map(np.array_equal, after, bake_all(groups, green, more)))
+            bake(groups, green, replace(more, samples=65), kept)
+    assert all(map(np.array_equal, after, bake(groups, green, more)))
     assert not any(map(np.array_equal, before, after))

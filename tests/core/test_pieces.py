@@ -10,13 +10,14 @@ import numpy as np
 import pytest
 
 import prt_addon.core.casting as casting
-from prt_addon.core.bake import bake_all, ray_count, trace_shard
+from prt_addon.core import bake as engine
 from prt_addon.core.errors import Cancelled, ShardError
-from prt_addon.core.inputs import BakeSettings
-from prt_addon.core.parallel import Workers
-from prt_addon.core.pieces import PieceFolder, Question, Shard
+from prt_addon.core.pieces import PieceFolder, Shard
+from prt_addon.core.problem import BakeProblem, BakeSettings, Island, Occluders
 from prt_addon.core.raycast import RayScene
 from prt_addon.core.run import Run
+from prt_addon.core.workers import Workers
+from tests.core.baking import Noting
 from tests.core.test_interreflection import corner, patterned
 
 MODES = ["SHADOWED", "INTERREFLECTED"]
@@ -29,31 +30,29 @@ def small_pieces(monkeypatch):
     monkeypatch.setattr(casting, "_RAYS_IN_A_PIECE", 32 * 29)
 
 
-def scene():
-    """Three surfaces; the last one is baked by itself, and its receivers count on."""
+def problem_of(settings=SETTINGS, fingerprint="the scene"):
+    """Three surfaces, and one that is baked by itself."""
     groups, occluders = corner(9)
     alone, own = corner(6)
     part = len(alone[0])
     triangles = own.triangles[: len(own.triangles) // 3]
-    own = replace(own, triangles=triangles, corner_receiver=triangles.astype(np.int64), albedo=None)
-    return [groups[0], replace(alone[0], own=replace(own, vertices=own.vertices[:part])), *groups[1:]], patterned(
-        occluders
-    )
+    own = Occluders(own.vertices[:part], triangles, triangles.astype(np.int64))
+    islands = Island(groups, patterned(occluders)), Island(alone[:1], own)
+    return BakeProblem(islands, settings, fingerprint)
 
 
-def question(groups, settings, fingerprint="the scene"):
-    return Question(fingerprint, settings.mode, settings.samples, settings.seed, sum(map(len, groups)))
+def bake(settings=SETTINGS, **run):
+    return engine.bake(problem_of(settings), Run(**run)).transport
 
 
 def folder_of(tmp_path, settings=SETTINGS, shard=None, fingerprint="the scene"):
-    return PieceFolder(tmp_path, question(scene()[0], settings, fingerprint), shard)
+    return PieceFolder(tmp_path, problem_of(settings, fingerprint).trace_key, shard)
 
 
 def bake_shards(tmp_path, count, settings=SETTINGS, indices=None):
-    groups, occluders = scene()
     for index in range(count) if indices is None else indices:
         shard = Shard(index, count)
-        trace_shard(groups, occluders, settings, shard, Run(pieces=folder_of(tmp_path, settings, shard)))
+        engine.trace_shard(problem_of(settings), shard, Run(pieces=folder_of(tmp_path, settings, shard)))
 
 
 def assert_same(results, expected):
@@ -79,55 +78,51 @@ def no_rays(monkeypatch):
 @pytest.mark.parametrize("count", [1, 2, 5])
 def test_shards_merge_to_the_bits_of_one_bake(tmp_path, mode, count, no_rays):
     """In any order; the merge casts no rays."""
-    groups, occluders = scene()
     settings = replace(SETTINGS, mode=mode)
-    expected = bake_all(groups, occluders, settings)
+    expected = bake(settings)
     bake_shards(tmp_path, count, settings, reversed(range(count)))
     pieces = folder_of(tmp_path, settings)
     pieces.check_complete()
     no_rays()
-    told = []
-    assert_same(bake_all(groups, occluders, settings, Run(Workers(progress=told.append), pieces=pieces)), expected)
-    assert sum(told) == ray_count(groups, settings)
+    monitor = Noting()
+    assert_same(bake(settings, workers=Workers(monitor=monitor), pieces=pieces), expected)
+    assert monitor.done.rays == problem_of(settings).work.rays
 
 
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("after", [0, 1, 7])
 def test_a_stopped_bake_resumes_to_the_same_bits(tmp_path, mode, after, no_rays):
     """Wherever it was stopped, and in pieces of another size; a third time needs no rays at all."""
-    groups, occluders = scene()
     settings = replace(SETTINGS, mode=mode)
-    expected = bake_all(groups, occluders, settings)
+    expected = bake(settings)
     pieces = folder_of(tmp_path, settings)
     calls = 0
 
-    def stop(rays):
-        nonlocal calls
-        calls += rays > 0
-        if calls > after:
-            raise Cancelled("enough")
+    class Stop(Noting):
+        def advance(self, work):
+            nonlocal calls
+            calls += 1
+            if calls > after:
+                raise Cancelled("enough")
 
     with pytest.raises(Cancelled):
-        bake_all(groups, occluders, settings, Run(Workers(progress=stop), pieces=pieces))
+        bake(settings, workers=Workers(monitor=Stop()), pieces=pieces)
     saved = set(tmp_path.iterdir())
     assert len(saved) == after
     casting._RAYS_IN_A_PIECE = 32 * 41  # the fixture puts it back
-    assert_same(bake_all(groups, occluders, settings, Run(pieces=pieces)), expected)
+    assert_same(bake(settings, pieces=pieces), expected)
     assert saved < set(tmp_path.iterdir())
     no_rays()
-    assert_same(bake_all(groups, occluders, settings, Run(pieces=pieces)), expected)
+    assert_same(bake(settings, pieces=pieces), expected)
 
 
 def test_other_questions_share_a_folder_and_broken_files_are_traced_again(tmp_path):
     """Checkpoints of several scenes do not get into each other's way."""
-    groups, occluders = scene()
-    expected = bake_all(groups, occluders, SETTINGS)
-    bake_all(groups, occluders, SETTINGS, Run(pieces=folder_of(tmp_path)))
+    expected = bake(SETTINGS)
+    bake(SETTINGS, pieces=folder_of(tmp_path))
     files = sorted(tmp_path.iterdir())
     other = replace(SETTINGS, seed=9)
-    assert_same(
-        bake_all(groups, occluders, other, Run(pieces=folder_of(tmp_path, other))), bake_all(groups, occluders, other)
-    )
+    assert_same(bake(other, pieces=folder_of(tmp_path, other)), bake(other))
     assert len(list(tmp_path.iterdir())) == 2 * len(files)
     files[0].write_bytes(files[0].read_bytes()[:-100])
     content = bytearray(files[1].read_bytes())
@@ -137,7 +132,7 @@ def test_other_questions_share_a_folder_and_broken_files_are_traced_again(tmp_pa
     (tmp_path / "notes.npz").write_text("not ours")
     np.savez(tmp_path / "theirs.npz", header=np.arange(3))
     np.savez(tmp_path / "number.npz", header=3)
-    assert_same(bake_all(groups, occluders, SETTINGS, Run(pieces=folder_of(tmp_path))), expected)
+    assert_same(bake(SETTINGS, pieces=folder_of(tmp_path)), expected)
 
 
 def test_a_shard_that_was_killed_is_done_again(tmp_path):
@@ -213,8 +208,7 @@ def test_damaged_shards_are_refused(tmp_path):
 
 
 def test_checkpoints_are_no_shards(tmp_path):
-    groups, occluders = scene()
-    bake_all(groups, occluders, SETTINGS, Run(pieces=folder_of(tmp_path)))
+    bake(SETTINGS, pieces=folder_of(tmp_path))
     with pytest.raises(ShardError, match="of no shard"):
         folder_of(tmp_path).check_complete()
 

@@ -8,9 +8,8 @@ import pytest
 
 from prt_addon.core import sh
 from prt_addon.core.albedo import Albedo
-from prt_addon.core.bake import bake
 from prt_addon.core.envmap import project_equirect
-from prt_addon.core.inputs import BakeSettings, Occluders, ReceiverGroup
+from prt_addon.core.problem import BakeSettings, Occluders, ReceiverGroup
 from prt_addon.core.report.document import PARTS, surface_report
 from prt_addon.core.report.findings import Effort, find
 from prt_addon.core.report.heat import receiver_errors
@@ -23,6 +22,7 @@ from prt_addon.core.report.total import total
 from prt_addon.core.report.truncation import truncation
 from prt_addon.core.rotation import rotation_matrix
 from tests.core import shapes
+from tests.core.baking import bake
 from tests.core.references import axis_angle, random_rotations
 
 FEW = Effort(points=128, samples=64)

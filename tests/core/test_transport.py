@@ -6,10 +6,12 @@ import pytest
 
 from prt_addon.core import sh, transport
 from prt_addon.core.errors import Cancelled
-from prt_addon.core.parallel import Workers
+from prt_addon.core.monitor import Work
 from prt_addon.core.raycast import RayScene
 from prt_addon.core.transport import Receivers, shadowed, unshadowed
+from prt_addon.core.workers import Workers
 from tests.core import shapes
+from tests.core.baking import Noting
 from tests.core.references import axis_angle, hemisphere_quadrature, order2, random_directions
 
 OPEN = 0.28209479177387814  # T_0 of a receiver that sees the whole sky: sqrt(1 / 4pi)
@@ -201,20 +203,20 @@ def test_transport_obeys_the_bounds_of_light():
 def test_every_ray_is_told():
     """The progress bar ends at 100 %."""
     scene, points = self_shadowing()
-    told = []
-    shadowed(scene, points, 100, workers=Workers(progress=told.append))
-    assert sum(told) == 100 * len(points)
+    monitor = Noting()
+    shadowed(scene, points, 100, workers=Workers(monitor=monitor))
+    assert monitor.done == Work(rays=100 * len(points))
 
 
 def test_cancel_comes_out():
     """Nothing half-done is returned."""
 
-    def progress(rays):
+    def stop():
         raise Cancelled("stop")
 
     scene, points = self_shadowing()
     with pytest.raises(Cancelled, match="stop"):
-        shadowed(scene, points, 100, workers=Workers(progress=progress))
+        shadowed(scene, points, 100, workers=Workers(monitor=Noting(stop)))
 
 
 @pytest.mark.parametrize("samples", [1, 2, 64, 256])

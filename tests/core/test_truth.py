@@ -6,15 +6,15 @@ import pytest
 
 from prt_addon.core import sh
 from prt_addon.core.albedo import Albedo
-from prt_addon.core.bake import bake
 from prt_addon.core.envmap import project_equirect
-from prt_addon.core.inputs import BakeSettings, Occluders, ReceiverGroup
-from prt_addon.core.parallel import Workers
+from prt_addon.core.problem import BakeSettings, Occluders, ReceiverGroup
 from prt_addon.core.raycast import RayScene
 from prt_addon.core.skylight import Skylight
 from prt_addon.core.transport import Receivers
 from prt_addon.core.truth import Bounces, trace_light
+from prt_addon.core.workers import Workers
 from tests.core import shapes
+from tests.core.baking import bake
 from tests.core.references import hemisphere_quadrature, random_directions
 
 SUN = (40, 50)  # texel

@@ -94,11 +94,11 @@ def test_a_world_that_was_swapped_during_the_bake_gives_its_own_light(blender, p
     """What is written is the light of the world that the scene then has."""
     stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
     stage.object_of("Cube", stage.cube())
-    settings, whole = part("core.inputs").BakeSettings("UNSHADOWED"), part("scene.whole_bake").WholeBake
+    settings, whole = part("core.problem").BakeSettings("UNSHADOWED"), part("scene.whole_bake").WholeBake
     bake = whole(blender.context, settings, part("scene.prepare").NOTHING, part("scene.projection").Windowing())
     former, scene.world = scene.world, blender.data.worlds.new("Other")
     stage.environment(stage.picture("Other", stage.six_coloured_sky(16)[::-1]))
-    bake.write(blender.context, part("core.bake").bake_all(bake.plan.groups, bake.plan.occluders, settings))
+    bake.write(blender.context, part("core.bake").bake(bake.plan.problem))
     light, state = part("scene.light"), part("scene.light_state")
     assert not light.has_light(former) and state.light_state(scene.world).text == "Light is fresh"
     baked = light.read_light(scene.world)
@@ -223,14 +223,13 @@ def test_missing_ray_caster_is_said_and_unshadowed_still_works(blender, part, sc
 def test_cancel_changes_nothing_and_a_second_bake_is_refused_meanwhile(blender, part, scene, stage):
     """A running job blocks another; cancelled, it raises and leaves no state behind."""
     ob = stage.object_of("Ball", stage.icosphere(5))
-    plan = part("scene.gather").gather(blender.context, [ob])
-    jobs, core = part("worker.job"), part("core.inputs")
-    job = jobs.whole_bake([r.group for r in plan.receivers], plan.occluders, core.BakeSettings(samples=1 << 14))
+    settings, jobs = part("core.problem").BakeSettings(samples=1 << 14), part("worker.job")
+    job = jobs.bake_job(part("scene.gather").gather(blender.context, [ob], settings).problem)
     job.start()
     assert not blender.ops.prt.bake.poll()
     assert blender.ops.prt.cancel() == {"FINISHED"}
     job.wait(5.0)
-    assert not job.running and job.done < job.total
+    assert not job.running and job.done.rays < job.work.rays
     with pytest.raises(part("core.errors").Cancelled):
         job.result()
     assert jobs.running_job() is None and blender.ops.prt.bake.poll()

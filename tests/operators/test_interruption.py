@@ -53,10 +53,10 @@ def job_of(blender, part):
 
     def make(mode, samples, bounces=3, threads=2):
         part("worker.job").end_engine()
-        core, gather = part("core.inputs"), part("scene.gather")
+        core, gather = part("core.problem"), part("scene.gather")
         settings = core.BakeSettings(mode, samples=samples, bounces=bounces)
-        plan = gather.gather(blender.context, gather.objects_to_bake(blender.context), mode == "INTERREFLECTED")
-        return lambda: part("worker.job").whole_bake(plan.groups, plan.occluders, settings, threads=threads)
+        plan = gather.gather(blender.context, gather.objects_to_bake(blender.context), settings)
+        return lambda: part("worker.job").bake_job(plan.problem, threads=threads)
 
     return make
 
@@ -141,9 +141,9 @@ def test_the_window_stays_live(blender, part, large, job_of, mode):
 
 MOMENTS = {
     "at once": lambda job: True,
-    "among the rays": lambda job: job.done > 0.3 * job.total,
-    "among the lookups": lambda job: job.done == job.total,
-    "among the bounces": lambda job: job.bounced > 0,
+    "among the rays": lambda job: job.done.rays > 0.3 * job.work.rays,
+    "among the lookups": lambda job: job.done.rays == job.work.rays,
+    "among the bounces": lambda job: job.done.bounces > 0,
 }
 
 
@@ -184,7 +184,7 @@ def test_progress_counts_bounces_too(part, large, job_of):
         texts.add(job.text)
         job.wait(0.02)
     assert seen == sorted(seen) and seen[-1] <= 1.0
-    assert job.done == job.total and job.progress == pytest.approx(1.0, abs=0.01)
+    assert job.done.rays == job.work.rays and job.progress == pytest.approx(1.0, abs=0.01)
     assert any("Mrays/s" in text and "s left" in text for text in texts)
     assert any("bouncing light" in text and not text.startswith("100%") for text in texts)
 
@@ -232,7 +232,7 @@ def test_the_button_reads_works_and_ends(modal, job_of):
     """The first tick of the timer reads the scene, the later ones watch, the last one takes the result."""
     modal.make = job_of("SHADOWED", 256)
     assert modal.event("MOUSEMOVE") == {"PASS_THROUGH"} and modal._job is None
-    assert modal.event("TIMER") == {"RUNNING_MODAL"} and modal._job.total == 162 * 256
+    assert modal.event("TIMER") == {"RUNNING_MODAL"} and modal._job.work.rays == 162 * 256
     assert modal.event("MOUSEMOVE") == {"PASS_THROUGH"}
     assert modal.until_it_ends() == {"FINISHED"}
     assert [len(transport) for transport in modal.ended.transport] == [162]

@@ -6,13 +6,13 @@ import pytest
 
 
 def plan_albedo(part, bpy, ob):
-    plan = part("scene.gather").gather(bpy.context, [ob], bounces=True)
-    return plan.occluders.albedo, plan
+    plan = part("scene.gather").gather(bpy.context, [ob], part("core.problem").BakeSettings("INTERREFLECTED"))
+    return plan.scene.occluders.albedo, plan
 
 
 def triangle_of(plan, ob):
     """The plan's first triangle of an object: surfaces are laid out by what they are, not by name."""
-    middles = plan.occluders.vertices[plan.occluders.triangles].mean(axis=1)
+    middles = plan.scene.occluders.vertices[plan.scene.occluders.triangles].mean(axis=1)
     return np.flatnonzero(np.abs(middles - np.array(ob.location)).max(axis=1) < 1.0)[:1]
 
 
@@ -32,7 +32,7 @@ def test_constant_texture_and_attribute(blender, part, scene, stage):
     tree.links.new(texture.outputs["Color"], tree.nodes["Diffuse BSDF"].inputs["Color"])
     albedo, plan = plan_albedo(part, blender, textured)
     mine = triangle_of(plan, textured)
-    (corner,) = plan.occluders.vertices[plan.occluders.triangles[mine]]
+    (corner,) = plan.scene.occluders.vertices[plan.scene.occluders.triangles[mine]]
     nearest = int(np.argmin(corner[:, 0] + corner[:, 1]))  # the lower left corner, where the texel is red
     u, v = (np.array([1.0 if nearest == k else 0.0], dtype=np.float32) * 0.9 for k in (1, 2))
     np.testing.assert_allclose(albedo.at(mine, u, v), [[1, 0, 0]])
@@ -119,8 +119,8 @@ def test_cycles_evaluates_what_is_not_read(blender, part, scene, stage):
     right = np.array([face.center.x > 0 for face in ob.data.polygons])
     ob.data.polygons.foreach_set("material_index", right.astype(np.int32))
     albedo, plan = plan_albedo(part, blender, ob)
-    triangle = np.arange(len(plan.occluders.triangles))
-    position = plan.occluders.vertices[plan.occluders.triangles] - (5.0, 6.0, 7.0)
+    triangle = np.arange(len(plan.scene.occluders.triangles))
+    position = plan.scene.occluders.vertices[plan.scene.occluders.triangles] - (5.0, 6.0, 7.0)
     at_corner_1 = albedo.at(triangle, np.ones(len(triangle), np.float32), np.zeros(len(triangle), np.float32))
     here = position[:, :, 0].mean(axis=1) > 0
     np.testing.assert_allclose(at_corner_1[here], np.clip(position[here, 1], 0, 1), atol=1e-3)
@@ -199,7 +199,7 @@ def test_unread_colours_of_instances(blender, part, scene, stage, monkeypatch, k
     albedo, plan = plan_albedo(part, blender, ground)
     assert evaluated == ["DIFFUSE"] * evaluations
     assert len(plan.warnings) == 1, "each material is named once"
-    count = len(plan.occluders.triangles)
+    count = len(plan.scene.occluders.triangles)
     colours = albedo.at(np.arange(count), *np.full((2, count), 1 / 3, dtype=np.float32))
     if kind == "ShaderNodeNewGeometry":
         np.testing.assert_allclose(np.sort(colours[2:, 0]), [0.25, 0.25, 0.75, 0.75], atol=0.01)

@@ -7,7 +7,7 @@ import pytest
 
 def receivers(part, bpy, ob):
     plan = part("scene.gather").gather(bpy.context, [ob])
-    return plan.receivers[0]
+    return plan.objects[0].receivers
 
 
 def test_smooth_mesh_has_one_receiver_per_vertex(blender, part, scene, stage):
@@ -35,11 +35,11 @@ def test_normals_under_odd_scales_point_outwards(blender, part, scene, stage, sc
     ob.scale = scale
     blender.context.view_layer.update()
     plan = part("scene.gather").gather(blender.context, [ob])
-    points, normals = plan.receivers[0].group.points, plan.receivers[0].group.normals
+    points, normals = plan.objects[0].receivers.group.points, plan.objects[0].receivers.group.normals
     gradient = points / np.square(scale)
     gradient /= np.linalg.norm(gradient, axis=1, keepdims=True)
     assert np.einsum("ij,ij->i", gradient, normals).min() > 0.995
-    a, b, c = (plan.occluders.vertices[plan.occluders.triangles[:, k]] for k in range(3))
+    a, b, c = (plan.scene.occluders.vertices[plan.scene.occluders.triangles[:, k]] for k in range(3))
     assert (np.einsum("ij,ij->i", np.cross(b - a, c - a), a + b + c) > 0).all()
 
 

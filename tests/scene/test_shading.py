@@ -114,7 +114,11 @@ def test_material_without_nodes_keeps_its_colour_and_gets_them_off_again(blender
     part("scene.shading").add_shading([ob])
     group = next(part("scene.shading").our_nodes(material.node_tree))
     assert tuple(group.inputs["Base Color"].default_value) == tuple(material.diffuse_color)
-    albedo = part("scene.gather").gather(blender.context, [ob], bounces=True).occluders.albedo
+    albedo = (
+        part("scene.gather")
+        .gather(blender.context, [ob], part("core.problem").BakeSettings("INTERREFLECTED"))
+        .scene.occluders.albedo
+    )
     assert tuple(albedo.constant[0]) == tuple(material.diffuse_color)[:3]
     part("scene.shading").remove_shading([ob])
     assert not material.use_nodes

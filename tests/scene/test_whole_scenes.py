@@ -172,7 +172,7 @@ def extra_area(part, bpy, ground):
     """World-space area of all triangles beside the ground's."""
     bpy.context.view_layer.update()
     plan = part("scene.gather").gather(bpy.context, [ground])
-    a, b, c = (plan.occluders.vertices[plan.occluders.triangles[:, k]] for k in range(3))
+    a, b, c = (plan.scene.occluders.vertices[plan.scene.occluders.triangles[:, k]] for k in range(3))
     return np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2 - 1.0
 
 

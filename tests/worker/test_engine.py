@@ -12,12 +12,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from prt_addon.core.bake import bake_all
 from prt_addon.core.errors import Cancelled, EngineError, MeshError, NoRoom, PRTError
-from prt_addon.core.inputs import BakeSettings
+from prt_addon.core.monitor import Work
+from prt_addon.core.problem import BakeProblem, BakeSettings
 from prt_addon.core.run import PLAINLY
 from prt_addon.worker import engine, job, tasks
-from tests.core import bouncing
+from tests.core import baking, bouncing
 
 SETTINGS = bouncing.SETTINGS
 NOT_SOON = replace(SETTINGS, samples=1 << 16)
@@ -42,7 +42,7 @@ def pid():
 
 
 def bake(scene, settings=SETTINGS, **options):
-    return job.whole_bake(*scene, settings, **options)
+    return job.bake_job(BakeProblem.of(*scene, settings), **options)
 
 
 def done(scene, settings=SETTINGS, **options):
@@ -56,7 +56,7 @@ def begun(scene, settings=NOT_SOON):
     """A job whose rays are being cast."""
     one = bake(scene, settings)
     one.start()
-    while one.running and not one.done:
+    while one.running and not one.done.rays:
         one.wait(0.05)
     assert one.running
     return one
@@ -81,7 +81,7 @@ def until_dead(process, seconds=5.0):
 
 def works_again(scene):
     """The next bake does, in another process."""
-    assert all(map(np.array_equal, done(scene), bake_all(*scene, SETTINGS)))
+    assert all(map(np.array_equal, done(scene), baking.bake(*scene, SETTINGS)))
 
 
 # --- the same bits ----------------------------------------------------------------------------------------------------
@@ -92,7 +92,7 @@ def works_again(scene):
 def test_the_bits_are_those_of_a_bake_here(scene, mode, threads):
     """In each mode, on any number of threads."""
     settings = replace(SETTINGS, mode=mode)
-    here, there = bake_all(*scene, settings), done(scene, settings, threads=threads)
+    here, there = baking.bake(*scene, settings), done(scene, settings, threads=threads)
     assert len(here) == len(there)
     assert all(one.dtype == other.dtype and np.array_equal(one, other) for one, other in zip(here, there, strict=True))
 
@@ -115,7 +115,7 @@ def test_findings_come_with_the_number_of_their_group(scene):
     groups, occluders = scene
     inside_out = replace(occluders, triangles=occluders.triangles[:, ::-1].copy())
     buried = replace(groups[0], name="Lost", points=groups[0].points * 1e-7, radius=1e-7)
-    one = job.whole_bake([buried, *groups[1:]], inside_out, replace(SETTINGS, mode="SHADOWED"))
+    one = bake(([buried, *groups[1:]], inside_out), replace(SETTINGS, mode="SHADOWED"))
     one.start()
     findings = one.result().findings
     assert {number for number, sentence in findings if "'Lost'" in sentence} == {0}
@@ -130,7 +130,7 @@ def test_large_arrays_arrive_whole(scene):
     groups, occluders = scene
     many = [replace(groups[0], points=rng.random((200_000, 3)), normals=normals)]
     settings = BakeSettings("UNSHADOWED")
-    [here], [there] = bake_all(many, occluders, settings), done((many, occluders), settings)
+    [here], [there] = baking.bake(many, occluders, settings), done((many, occluders), settings)
     assert np.array_equal(here, there)
 
 
@@ -170,12 +170,12 @@ def test_errors_of_the_engine_are_its_own_sentences(scene):
     with pytest.raises(MeshError, match="Mesh of 'panel 1' holds NaN"):
         done(([groups[0], broken, *groups[2:]], occluders))
     here = pid()
-    assert all(map(np.array_equal, done(scene), bake_all(*scene, SETTINGS))) and pid() == here
+    assert all(map(np.array_equal, done(scene), baking.bake(*scene, SETTINGS))) and pid() == here
 
 
 def test_memory_that_runs_out_is_a_sentence(scene):
     """Asked for more than any machine has: the engine says so, and lives."""
-    one = job.Job(tasks.bake, *scene, replace(SETTINGS, samples=1 << 45), total=1)
+    one = bake(scene, replace(SETTINGS, samples=1 << 45))
     one.start()
     with pytest.raises(NoRoom, match="Memory ran out; nothing was changed"):
         one.result()
@@ -184,7 +184,7 @@ def test_memory_that_runs_out_is_a_sentence(scene):
 
 def test_a_mistake_of_ours_is_a_sentence(scene):
     """Arguments that no code of ours would send."""
-    one = job.Job(tasks.bake, scene[0], None, SETTINGS, total=1)
+    one = job.Job(tasks.bake, None, work=Work(rays=1))
     one.start()
     with pytest.raises(EngineError, match=r"The engine failed: \w+Error"):
         one.result()
@@ -270,12 +270,12 @@ def test_a_cancel_leaves_what_is_kept(scene):
     with pytest.raises(Cancelled, match="Cancelled; nothing was changed"):
         one.result()
     assert pid() == process
-    assert all(map(np.array_equal, done(scene), bake_all(*scene, SETTINGS)))
+    assert all(map(np.array_equal, done(scene), baking.bake(*scene, SETTINGS)))
 
 
 def test_killed_at_random_moments(scene):
     """While it starts, reads, casts, bounces, answers: each is a sentence or a whole result, and never harms the next."""
-    expected = bake_all(*scene, SETTINGS)
+    expected = baking.bake(*scene, SETTINGS)
     rng = np.random.default_rng(int(os.environ.get("PRT_KILLS_SEED", 0)))
     kills = int(os.environ.get("PRT_KILLS", 20))
     ended = 0
@@ -316,9 +316,10 @@ import os, sys, time
 sys.path.insert(0, {root!r})
 from dataclasses import replace
 from tests.core import bouncing
+from prt_addon.core.problem import BakeProblem
 from prt_addon.worker import job
 settings = replace(bouncing.SETTINGS, samples={samples})
-one = job.whole_bake(*bouncing.corner(8), settings)
+one = job.bake_job(BakeProblem.of(*bouncing.corner(8), settings))
 one.start()
 one.wait({seconds})
 print(job._engine.process, flush=True)
@@ -353,4 +354,4 @@ def test_how_it_is_carried_out_reaches_it(scene, tmp_path):
     """A bake whose hits have no room in memory or on disk fails there as it would here."""
     one = bake(scene, run=replace(PLAINLY, memory=0))
     one.start()
-    assert all(map(np.array_equal, one.result().transport, bake_all(*scene, SETTINGS)))
+    assert all(map(np.array_equal, one.result().transport, baking.bake(*scene, SETTINGS)))

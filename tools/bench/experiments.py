@@ -18,27 +18,28 @@ from measure import Seconds, by_turns, exponent, median, now, ratio, timed
 from naive import uniform_sphere
 from rays_alone import rays_alone
 
-from prt_addon.core.bake import bake, bounce, ray_count
-from prt_addon.core.casting import trace_groups
-from prt_addon.core.inputs import BakeSettings, Occluders, ReceiverGroup
+from prt_addon.core.bake import bake, bounce
+from prt_addon.core.casting import trace_island
+from prt_addon.core.problem import BakeProblem, BakeSettings, Island, Occluders, ReceiverGroup
 from prt_addon.core.raycast import RayScene
 from prt_addon.core.transport import Receivers, shadowed
-from prt_addon.worker.job import end_engine, whole_bake
+from prt_addon.worker.job import bake_job, end_engine
 
 Result = dict[str, Any]
 
 
 def _bake(groups: Sequence[ReceiverGroup], occluders: Occluders, settings: BakeSettings) -> Callable[[], Seconds]:
-    return lambda: timed(lambda: bake(groups, occluders, settings))
+    return lambda: timed(lambda: bake(BakeProblem.of(groups, occluders, settings)))
 
 
 def over_its_rays(mode: str, receivers: int, samples: int, turns: int) -> Result:
     """A whole bake in the engine's process, from its start to its end, over its rays alone."""
     groups, occluders = scenes.bake_input(scenes.court(receivers))
     settings = BakeSettings(mode, samples)
+    problem = BakeProblem.of(groups, occluders, settings)
 
     def in_the_engine() -> None:
-        job = whole_bake(groups, occluders, settings, patience=0.0)
+        job = bake_job(problem, patience=0.0)
         job.start()
         job.result()
 
@@ -51,13 +52,13 @@ def over_its_rays(mode: str, receivers: int, samples: int, turns: int) -> Result
     alone = median([turn[1] for turn in times])
     return {
         "mode": mode,
-        "receivers": sum(map(len, groups)),
+        "receivers": problem.receivers,
         "samples": samples,
         "ratio": asdict(ratio(times, 0, 1)),
         "ratio_here": asdict(ratio(times, 2, 1)),
         "bake": asdict(median([turn[0] for turn in times])),
         "rays_alone": asdict(alone),
-        "rays_per_second": ray_count(groups, settings) / alone.wall,
+        "rays_per_second": problem.work.rays / alone.wall,
     }
 
 
@@ -67,7 +68,7 @@ def engine_start(turns: int) -> Result:
     nothing = Occluders(np.empty((0, 3)), np.empty((0, 3), dtype=np.int32))
 
     def asked() -> None:
-        job = whole_bake([ReceiverGroup("Point", up, up, 1.0)], nothing, BakeSettings("UNSHADOWED"))
+        job = bake_job(BakeProblem.of([ReceiverGroup("Point", up, up, 1.0)], nothing, BakeSettings("UNSHADOWED")))
         job.start()
         job.result()
 
@@ -84,7 +85,7 @@ def each_bounce(receivers: int, samples: int, bounces: int, turns: int) -> Resul
     """The time of 0, 1, 2, ... bounces after the rays, over the time of the rays alone."""
     groups, occluders = scenes.bake_input(scenes.court(receivers))
     settings = BakeSettings("INTERREFLECTED", samples)
-    traced = trace_groups(groups, occluders, settings)
+    traced = trace_island(Island(groups, occluders), settings)
 
     def bounces_of(count: int) -> Callable[[], Seconds]:
         return lambda: timed(lambda: bounce(traced, occluders, replace(settings, bounces=count)))
@@ -132,7 +133,7 @@ def growth(mode: str, sizes: Sequence[tuple[int, int]], turns: int) -> Result:
         settings = BakeSettings(mode, samples)
         runs = [_bake(groups, occluders, settings), lambda: rays_alone(groups, occluders, settings)]  # noqa: B023
         times = by_turns(runs, turns)
-        count = ray_count(groups, settings)
+        count = BakeProblem.of(groups, occluders, settings).work.rays
         row = (count / samples, samples, count, *(min(turn[k].cpu for turn in times) for k in (0, 1)))
         for values, value in zip(found.values(), row, strict=True):
             values.append(value)
@@ -176,16 +177,19 @@ def blender_share(mode: str, receivers: int, samples: int, turns: int) -> Result
 
     gather, layers, engine = part("scene.gather"), part("scene.transport_layers"), part("core.bake")
     objects = blender_scene.court(receivers)
-    settings = part("core.inputs").BakeSettings(mode, samples)
+    settings = part("core.problem").BakeSettings(mode, samples)
 
     def turn() -> list[Seconds]:
         clock = [now()]
-        plan = gather.gather(headless.bpy.context, objects, mode == "INTERREFLECTED")
+        plan = gather.gather(headless.bpy.context, objects, settings)
         clock.append(now())
-        results = engine.bake_all(plan.groups, plan.occluders, settings)
+        transport = engine.bake(plan.problem).transport
         clock.append(now())
-        for ob, found, transport, evidence in zip(objects, plan.receivers, results, plan.evidence, strict=True):
-            layers.write(ob.data, found.domain, transport, found.element_receiver, settings, evidence=evidence)
+        for ob, one in zip(objects, plan.objects, strict=True):
+            found = one.receivers
+            layers.write(
+                ob.data, found.domain, transport[one.group], found.element_receiver, settings, evidence=one.evidence
+            )
         clock.append(now())
         return [after - before for before, after in pairwise(clock)]
 

@@ -30,22 +30,23 @@ def bake_in_core(mode: str, receivers: int, samples: int) -> dict[str, float]:
     import scenes
 
     from prt_addon.core.bake import bake, bounce
-    from prt_addon.core.casting import trace_groups
-    from prt_addon.core.inputs import BakeSettings
+    from prt_addon.core.casting import trace_island
+    from prt_addon.core.problem import BakeProblem, BakeSettings
 
     groups, occluders = scenes.bake_input(scenes.court(receivers))
     before = resident()
     reset_peak()
     settings = BakeSettings(mode, samples)
+    problem = BakeProblem.of(groups, occluders, settings)
     per_receiver = 0.0
     if mode == "INTERREFLECTED":
-        traced = trace_groups(groups, occluders, settings)
+        traced = trace_island(problem.islands[0], settings)
         results = bounce(traced, occluders, settings)
         per_receiver = traced.hits.nbytes / len(traced.hits)
     else:
-        results = bake(groups, occluders, settings)
+        results = bake(problem).transport
     beyond = peak() - before - sum(result.nbytes for result in results)
-    return {"receivers": sum(map(len, groups)), "peak": peak(), "beyond": beyond, "hits_per_receiver": per_receiver}
+    return {"receivers": problem.receivers, "peak": peak(), "beyond": beyond, "hits_per_receiver": per_receiver}
 
 
 def bake_in_blender(mode: str, receivers: int, samples: int) -> dict[str, float]:

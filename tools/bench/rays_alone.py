@@ -7,10 +7,10 @@ from collections.abc import Sequence
 
 from measure import NOTHING, Seconds, timed
 
-from prt_addon.core.inputs import BakeSettings, Occluders, ReceiverGroup
-from prt_addon.core.parallel import ALL_CORES
+from prt_addon.core.problem import BakeSettings, Occluders, ReceiverGroup
 from prt_addon.core.raycast import RayScene
 from prt_addon.core.transport import Pattern, Receivers
+from prt_addon.core.workers import ALL_CORES
 
 _CHUNKS_IN_MEMORY = 48
 

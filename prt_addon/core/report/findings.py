@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import sh
-from ..parallel import ALL_CORES, Workers
 from ..truth import trace_light
+from ..workers import ALL_CORES, Workers
 from .fresh import fresh_transport
 from .measures import CONVERGED, reference_interval
 from .points import SurfacePoints, areas, scatter

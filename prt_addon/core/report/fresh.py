@@ -16,9 +16,9 @@ import numpy.typing as npt
 
 from ..gather import Gather
 from ..hits import KeptHits, corners, trace
-from ..inputs import BakeSettings
-from ..parallel import ALL_CORES, Workers
+from ..problem import BakeSettings
 from ..transport import Receivers, shadowed, unshadowed
+from ..workers import ALL_CORES, Workers
 from .subject import Scenery, Subject
 
 Float32 = npt.NDArray[np.float32]

@@ -6,8 +6,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from ..parallel import ALL_CORES, Workers
 from ..truth import trace_light
+from ..workers import ALL_CORES, Workers
 from .findings import INSIDE
 from .subject import Light, Subject, clamped, dot
 

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from ..buried import Surroundings
 from ..envmap import project_equirect
-from ..inputs import BakeSettings, Occluders, ReceiverGroup
+from ..problem import BakeSettings, Occluders, ReceiverGroup
 from ..raycast import RayScene
 from ..rotation import rotation_matrix
 from ..skylight import Skylight

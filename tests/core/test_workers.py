@@ -8,24 +8,26 @@ import numpy as np
 import pytest
 
 from prt_addon.core.errors import Cancelled
-from prt_addon.core.parallel import Workers
+from prt_addon.core.monitor import Work
+from prt_addon.core.workers import Workers
+from tests.core.baking import Noting
 
 
 @pytest.mark.parametrize("threads", [1, 2, 5, None])
 @pytest.mark.parametrize(("count", "chunk"), [(0, 4), (1, 4), (4, 4), (101, 7), (7, 1000)])
 def test_every_item_once(count, chunk, threads):
-    """Slices cover the range without gap or overlap, and progress adds up to the rays cast."""
-    visits, told = np.zeros(count, dtype=int), []
+    """Slices cover the range without gap or overlap, and the monitor sees all that was done."""
+    visits, monitor = np.zeros(count, dtype=int), Noting()
 
     def work(part):
         assert 0 < part.stop - part.start <= chunk
         visits[part] += 1
-        return 3 * (part.stop - part.start)
+        return Work(rays=3 * (part.stop - part.start))
 
-    Workers(threads, told.append).run(count, chunk, work)
+    Workers(threads, monitor).run(count, chunk, work)
     assert (visits == 1).all()
-    assert sum(told) == 3 * count
-    assert len(told) == -(-count // chunk)
+    assert monitor.done == Work(rays=3 * count)
+    assert monitor.calls == -(-count // chunk)
 
 
 def test_progress_is_told_in_the_calling_thread():
@@ -34,9 +36,8 @@ def test_progress_is_told_in_the_calling_thread():
 
     def work(part):
         workers.add(threading.get_ident())
-        return 1
 
-    Workers(2, lambda rays: seen.add(threading.get_ident())).run(20, 1, work)
+    Workers(2, Noting(lambda: seen.add(threading.get_ident()))).run(20, 1, work)
     assert seen == {threading.get_ident()}
     assert workers and not workers & seen
 
@@ -49,13 +50,12 @@ def test_cancel_stops_soon_and_comes_out():
     def work(part):
         ran.append(part.start)
         time.sleep(0.001)
-        return 1
 
-    def progress(rays):
+    def stop():
         raise cancelled
 
     with pytest.raises(Cancelled) as caught:
-        Workers(2, progress).run(10_000, 1, work)
+        Workers(2, Noting(stop)).run(10_000, 1, work)
     assert caught.value is cancelled
     assert 1 <= len(ran) <= 4
     after = len(ran)
@@ -71,14 +71,13 @@ def test_cancel_drops_what_is_queued():
         ran.append(part.start)
         if part.start:
             release.wait(10)
-        return 1
 
-    def progress(rays):
+    def stop():
         threading.Timer(0.2, release.set).start()
         raise Cancelled("stop")
 
     with pytest.raises(Cancelled):
-        Workers(2, progress).run(10_000, 1, work)
+        Workers(2, Noting(stop)).run(10_000, 1, work)
     assert set(ran) <= {0, 1, 2}
 
 
@@ -90,7 +89,6 @@ def test_worker_exception_comes_out():
         ran.append(part.start)
         if part.start == 3:
             raise ZeroDivisionError("in chunk 3")
-        return 1
 
     with pytest.raises(ZeroDivisionError, match="in chunk 3"):
         Workers(2).run(10_000, 1, work)
@@ -103,6 +101,5 @@ def test_threads_run_at_once():
 
     def work(part):
         barrier.wait()
-        return 1
 
     Workers(2).run(2, 1, work)

@@ -1,0 +1,207 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is to be baked: receivers of several objects, what blocks their light, and the settings."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from .albedo import Albedo
+from .digest import digest
+from .monitor import Work
+
+Float64 = npt.NDArray[np.float64]
+
+Mode = Literal["UNSHADOWED", "SHADOWED", "INTERREFLECTED"]
+
+TRACE_FORMAT = 2
+"""To be counted up whenever the same `TraceKey` gets other bits, or the files of shards look different."""
+
+BOUNCE_IN_RAYS = 0.1
+"""Reading a hit takes as long as that share of its ray. Measured."""
+
+THIN = 4
+"""A bounce within others, whose result is not seen, reads one hit of so many."""
+
+
+@dataclass(frozen=True)
+class BakeSettings:
+    """What a bake depends on beside the geometry.
+
+    samples: rays per receiver.
+    bounces: of light, if interreflected and tolerance is 0.
+    tolerance: if above 0, bounce until no coefficient changes by as much.
+    """
+
+    mode: Mode = "SHADOWED"
+    samples: int = 256
+    seed: int = 0
+    bounces: int = 3
+    tolerance: float = 0.0
+
+    @property
+    def whole_bounces(self) -> float:
+        """How many bounces over all hits take as long; about, where a tolerance decides."""
+        if self.mode != "INTERREFLECTED":
+            return 0.0
+        bounces = BakeSettings.bounces if self.tolerance > 0.0 else self.bounces
+        return 1.0 + (bounces - 1) / THIN if bounces else 0.0
+
+
+@dataclass(frozen=True)
+class ReceiverGroup:
+    """The receivers of one object, in the axes of its island.
+
+    name: the object's, for messages.
+    points, normals: (N, 3) float64; normals are unit length.
+    radius: of the object, to scale the skipped start of rays.
+    edges: (E, 2) pairs of receivers that are neighbours on the mesh, over which those inside other geometry are
+        filled; without any, none is.
+    """
+
+    name: str
+    points: Float64
+    normals: Float64
+    radius: float
+    edges: npt.NDArray[np.int32] | None = None
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+
+@dataclass(frozen=True)
+class Occluders:
+    """All that blocks light, in the axes of its island.
+
+    vertices: (V, 3) float64.
+    triangles: (T, 3), front = counter-clockwise.
+    corner_receiver: (T, 3) int64, which receiver, counted through all groups of the island, stands at each corner of a triangle;
+        -1 returns no light. All black if None. Only interreflection asks for it.
+    albedo: of the triangles; white if None.
+    """
+
+    vertices: Float64
+    triangles: npt.NDArray[np.int32]
+    corner_receiver: npt.NDArray[np.int64] | None = None
+    albedo: Albedo | None = None
+
+    @property
+    def receiver_at_corners(self) -> npt.NDArray[np.int64]:
+        """(T, 3) as `corner_receiver`, -1 where there is none."""
+        if self.corner_receiver is None:
+            return np.full(self.triangles.shape, -1, dtype=np.int64)
+        return self.corner_receiver
+
+
+@dataclass(frozen=True)
+class TraceKey:
+    """What rays find depends on nothing but this: the cache, checkpoints and shards know them by it.
+
+    fingerprint: of all that receives and blocks light.
+    receivers: of all objects.
+    """
+
+    fingerprint: str
+    mode: str
+    samples: int
+    seed: int
+    receivers: int
+    format: int = TRACE_FORMAT
+
+    def differences(self, other: dict[str, Any]) -> str:
+        """In words, what another key has different, or an empty string."""
+        told = [
+            f"{name} {other.get(name)} instead of {value}"
+            for name, value in asdict(self).items()
+            if name != "fingerprint" and other.get(name) != value
+        ]
+        if not told and other.get("fingerprint") != self.fingerprint:
+            told = ["another scene, or other objects of it"]
+        return ", ".join(told)
+
+
+@dataclass(frozen=True)
+class Island:
+    """Receivers that share their occluders, and their axes.
+
+    What stays in its place is one island, in world space. Each object that may move is one of its own: its surface
+    alone blocks its light, in its own axes.
+
+    groups: also of objects that only bounce light at others.
+    """
+
+    groups: Sequence[ReceiverGroup]
+    occluders: Occluders
+
+    def __len__(self) -> int:
+        """Receivers."""
+        return sum(map(len, self.groups))
+
+    def trace_key(self, settings: BakeSettings) -> TraceKey:
+        """Made of all arrays but the colours, exactly."""
+        occluders = self.occluders
+        names = repr([(group.name, group.radius) for group in self.groups]).encode()
+        parts: list[npt.NDArray[Any] | None] = [occluders.vertices, occluders.triangles, occluders.corner_receiver]
+        for group in self.groups:
+            parts += [group.points, group.normals, group.edges]
+        arrays: list[npt.NDArray[Any]] = [np.empty(0) if part is None else part for part in parts]
+        return TraceKey(digest(names, *arrays).hex(), settings.mode, settings.samples, settings.seed, len(self))
+
+
+@dataclass(frozen=True)
+class BakeProblem:
+    """One bake: everything that its result depends on.
+
+    Groups are numbered through all islands, and so are receivers, island by island.
+
+    fingerprint: of all that receives and blocks light, for the `TraceKey`; whoever reads a scene knows how to make one
+        that is the same on all machines.
+    """
+
+    islands: Sequence[Island]
+    settings: BakeSettings
+    fingerprint: str = ""
+
+    @classmethod
+    def of(cls, groups: Sequence[ReceiverGroup], occluders: Occluders, settings: BakeSettings) -> BakeProblem:
+        """The problem of a single island."""
+        return cls((Island(groups, occluders),), settings)
+
+    @property
+    def groups(self) -> list[ReceiverGroup]:
+        """Of all islands."""
+        return [group for island in self.islands for group in island.groups]
+
+    @cached_property
+    def receivers(self) -> int:
+        """How many there are."""
+        return sum(map(len, self.islands))
+
+    @property
+    def casts_rays(self) -> bool:
+        """Whether there is anything to trace."""
+        return self.settings.mode != "UNSHADOWED"
+
+    @property
+    def work(self) -> Work:
+        """All that a monitor of the bake will see done; the bounces about."""
+        rays = self.settings.samples * self.receivers if self.casts_rays else 0
+        return Work(rays, int(BOUNCE_IN_RAYS * self.settings.whole_bounces * rays))
+
+    @property
+    def trace_key(self) -> TraceKey:
+        """What its rays find is known by."""
+        settings = self.settings
+        return TraceKey(self.fingerprint, settings.mode, settings.samples, settings.seed, self.receivers)
+
+    def numbered(self) -> Iterator[tuple[Island, int, int]]:
+        """The islands, each with the numbers of its first group and of its first receiver."""
+        group = receiver = 0
+        for island in self.islands:
+            yield island, group, receiver
+            group, receiver = group + len(island.groups), receiver + len(island)
