@@ -2,6 +2,7 @@
 """Blender's own word on what a world shows where, and its integral by brute force. Used inside Blender only."""
 
 import bpy
+import headless
 import numpy as np
 import stage
 
@@ -44,7 +45,7 @@ def light_of_world(path, height):
 def _render_directions(path, height):
     """(height, 2 * height, 3) unit vectors: what a world shows whose colour is the direction."""
     scene, world = bpy.context.scene, bpy.data.worlds.new("Directions")
-    world.use_nodes = True
+    headless.use_nodes(world)
     tree = world.node_tree
     background = next(node for node in tree.nodes if node.bl_idname == "ShaderNodeBackground")
     tree.links.new(tree.nodes.new("ShaderNodeTexCoord").outputs["Generated"], background.inputs["Color"])

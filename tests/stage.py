@@ -4,6 +4,7 @@
 import bpy
 import headless
 import numpy as np
+from headless import use_nodes
 
 RESOLUTION = 64
 
@@ -55,7 +56,7 @@ def cube(size=2.0):
 def diffuse(name="Clay", colour=(0.8, 0.5, 0.2)):
     """A material of one Diffuse BSDF."""
     material = bpy.data.materials.new(name)
-    material.use_nodes = True
+    use_nodes(material)
     tree = material.node_tree
     tree.nodes.clear()
     shader = tree.nodes.new("ShaderNodeBsdfDiffuse")
@@ -92,7 +93,7 @@ def environment(image, strength=1.0, mapping=True):
     """A world lit by an image; returns (world, Mapping node or None)."""
     world = bpy.data.worlds.new("Sky")
     bpy.context.scene.world = world
-    world.use_nodes = True
+    use_nodes(world)
     tree = world.node_tree
     tree.nodes.clear()
     output = tree.nodes.new("ShaderNodeOutputWorld")

@@ -47,8 +47,10 @@ def nearest(points, positions):
 
 def principled(blender):
     """A material whose colour the exporter knows."""
+    from headless import use_nodes
+
     material = blender.data.materials.new("Clay")
-    material.use_nodes = True
+    use_nodes(material)
     material.node_tree.nodes["Principled BSDF"].inputs["Base Color"].default_value = (*COLOUR, 1.0)
     return material
 

@@ -105,7 +105,7 @@ def _widened(
 def _material(name: str, colour: tuple[float, float, float]) -> bpy.types.Material:
     """Matte: what diffuse transport can show."""
     material = bpy.data.materials.new(name)
-    material.use_nodes = True
+    headless.use_nodes(material)
     shader = material.node_tree.nodes["Principled BSDF"]
     shader.inputs["Base Color"].default_value = (*colour, 1.0)
     shader.inputs["Specular IOR Level"].default_value = 0.0
@@ -117,7 +117,7 @@ def _sky(scene: bpy.types.Scene) -> None:
     """An HDRI with the nodes to turn it."""
     world = bpy.data.worlds.new("Sky")
     scene.world = world
-    world.use_nodes = True
+    headless.use_nodes(world)
     tree = world.node_tree
     texture, mapping, coordinate = (
         tree.nodes.new(kind) for kind in ("ShaderNodeTexEnvironment", "ShaderNodeMapping", "ShaderNodeTexCoord")

@@ -55,6 +55,12 @@ def disable_extension() -> None:
     addon_utils.disable(PACKAGE, default_set=True)
 
 
+def use_nodes(block: bpy.types.Material | bpy.types.World) -> None:
+    """Have a material or a world made of nodes: since 5.0 they all are, and saying so is deprecated."""
+    if bpy.app.version < (5, 0, 0):
+        block.use_nodes = True
+
+
 def eevee_engine() -> str:
     """EEVEE's engine identifier in this Blender."""
     return "BLENDER_EEVEE_NEXT" if bpy.app.version < (5, 0, 0) else "BLENDER_EEVEE"

@@ -43,14 +43,22 @@ def course_matrix(order: int = sh.ORDER) -> Array:
     First the Condon-Shortley sign, `(-1)**m`, then the quarter turn that takes y up to z up, as an SH rotation. The sign
     is the half turn about the pole, so both together are a half turn about (0, 1, -1): its own inverse.
 
+    The numbers have the same bits on all machines, though the rotation comes out of a linear solve: under a quarter turn,
+    the squares of band l > 0 are whole multiples of `4**(1 - l)` (seen in all bands up to 8).
+
     Args:
-        order: highest band.
+        order: highest band, 8 at most.
 
     Returns:
-        ((order + 1)**2, (order + 1)**2) float64, orthogonal and symmetric; `ours = C @ theirs`, `theirs = C @ ours`.
+        ((order + 1)**2, (order + 1)**2) float64, orthogonal and symmetric; `ours = C @ theirs`, `theirs = C @ ours`. In
+        bands 0 and 1 a permutation with signs.
     """
-    signs = np.concatenate([(-1.0) ** np.arange(-band, band + 1) for band in range(order + 1)])
-    return np.round(rotation_matrix(Y_UP_TO_Z_UP, order), 15) * signs  # rounded: zeros and ones are exact
+    matrix = rotation_matrix(Y_UP_TO_Z_UP, order)
+    for band in range(order + 1):
+        block = matrix[sh.band_slice(band), sh.band_slice(band)]
+        steps = 4.0 ** max(band - 1, 0)
+        block[:] = np.sign(block) * np.sqrt(np.rint(block**2 * steps) / steps) * (-1.0) ** np.arange(-band, band + 1)
+    return matrix + 0.0  # no negative zeros
 
 
 def write_light(path: Path, light: Array) -> None:

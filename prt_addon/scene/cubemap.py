@@ -10,6 +10,7 @@ import bpy
 from ..core.cubemap import FACES, Picture, Table, decode
 from ..core.errors import PictureError
 from .images import float_image, linear_pixels
+from .nodes import turn_nodes
 
 _FLOAT, _ENCODED = (".exr", ".hdr"), (".png", ".jpg", ".jpeg")
 
@@ -34,8 +35,7 @@ def set_up_world(scene: bpy.types.Scene, name: str, picture: Picture) -> bpy.typ
     The picture is packed into the file. The world before stays in the file, whoever else uses it.
     """
     world = bpy.data.worlds.new(name)
-    if not world.use_nodes:  # on 5.0 and later they all do
-        world.use_nodes = True
+    turn_nodes(world, True)
     tree = world.node_tree
     tree.nodes.clear()
     kinds = ("TexCoord", "Mapping", "TexEnvironment", "Background", "OutputWorld")

@@ -30,13 +30,28 @@ def upstream(node: bpy.types.Node) -> Iterator[bpy.types.Node]:
         pending.extend(source.node for entry in current.inputs if (source := feeding_socket(entry)))
 
 
+_NODES_ARE_OPTIONAL = bpy.app.version < (5, 0, 0)
+"""Since 5.0 materials and worlds always have nodes, and `use_nodes` is deprecated: it goes in 6.0."""
+
+
+def nodes_are_on(block: bpy.types.Material | bpy.types.World) -> bool:
+    """Whether a material or a world is made of nodes."""
+    return not _NODES_ARE_OPTIONAL or bool(block.use_nodes)
+
+
+def turn_nodes(block: bpy.types.Material | bpy.types.World, on: bool) -> None:
+    """Have a material or a world made of nodes, or not, where there is a choice."""
+    if _NODES_ARE_OPTIONAL:
+        block.use_nodes = on
+
+
 HAD_NO_NODES = "prt_had_no_nodes"
 """Custom property of a material whose nodes we turned on, to relight it: before 5.0 they can be off."""
 
 
 def uses_nodes(material: bpy.types.Material) -> bool:
     """Whether the person's material is made of nodes; if not, it is its viewport colour."""
-    return material.use_nodes and not material.get(HAD_NO_NODES)
+    return nodes_are_on(material) and not material.get(HAD_NO_NODES)
 
 
 _DIFFUSE_INPUT = {

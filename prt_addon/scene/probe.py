@@ -16,6 +16,7 @@ from ..core import sh
 from ..core.problem import BakeSettings
 from . import shading, transport_layers
 from .meshes import layer_array
+from .nodes import turn_nodes
 from .record import RECORD
 
 NAME = "PRT Light Probe"
@@ -72,8 +73,7 @@ def _write_basis(mesh: bpy.types.Mesh) -> None:
 
 def _white() -> bpy.types.Material:
     material = bpy.data.materials.new(NAME)
-    if not material.use_nodes:  # on 5.0 and later they all do
-        material.use_nodes = True
+    turn_nodes(material, True)
     tree = material.node_tree
     tree.nodes.clear()
     shader, output = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("BsdfDiffuse", "OutputMaterial"))

@@ -13,7 +13,7 @@ import bpy
 
 from ..core.errors import MeshError
 from .libraries import check_own
-from .nodes import HAD_NO_NODES, diffuse_colour, feeding_socket, uses_nodes
+from .nodes import HAD_NO_NODES, diffuse_colour, feeding_socket, nodes_are_on, turn_nodes, uses_nodes
 from .relight_group import check_version, is_newer, is_relight_group, relight_group
 from .transport_layers import is_baked
 
@@ -116,7 +116,7 @@ def remove_from_material(material: bpy.types.Material) -> bool:
         for output in _outputs(tree):
             output.is_active_output = output.name in were_active
     if material.get(HAD_NO_NODES):
-        material.use_nodes = False
+        turn_nodes(material, False)
         del material[HAD_NO_NODES]
     return bool(ours)
 
@@ -147,10 +147,10 @@ def _feed_base_colour(tree: bpy.types.NodeTree, group: bpy.types.Node, albedo: b
 
 def _add_to_material(material: bpy.types.Material) -> bool:
     """Add our two nodes; False if no base colour was found for them."""
-    plain = not material.use_nodes
+    plain = not nodes_are_on(material)
     if plain:
         material[HAD_NO_NODES] = True
-        material.use_nodes = True
+        turn_nodes(material, True)
     tree = material.node_tree
     output = tree.get_output_node("EEVEE")
 
@@ -204,7 +204,7 @@ def _made_material() -> bpy.types.Material:
         if material.get(MADE) and material.library is None:
             return material
     material = bpy.data.materials.new("PRT Default")
-    material.use_nodes = True
+    turn_nodes(material, True)
     material[MADE] = True
     return material
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..core.errors import LightError, PictureError
 from .images import missing
-from .nodes import feeding_socket, upstream
+from .nodes import feeding_socket, nodes_are_on, upstream
 
 _LOOKS_ALONG = {
     "ShaderNodeTexEnvironment",
@@ -124,7 +124,7 @@ def read_world(world: bpy.types.World) -> Sky:
 
 def output_of(world: bpy.types.World) -> bpy.types.Node | None:
     """The World Output that EEVEE shows; None for a world without nodes, as there are before 5.0."""
-    return world.node_tree.get_output_node("EEVEE") if world.node_tree and world.use_nodes else None
+    return world.node_tree.get_output_node("EEVEE") if world.node_tree and nodes_are_on(world) else None
 
 
 def _check_pictures(world: bpy.types.World, output: bpy.types.Node) -> None:

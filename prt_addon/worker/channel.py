@@ -65,7 +65,7 @@ class Channel:
         arrays: list[pickle.PickleBuffer] = []
         stream = io.BytesIO()
         pickle.Pickler(stream, protocol=5, buffer_callback=arrays.append).dump(message)
-        parts = [stream.getbuffer(), *(array.raw() for array in arrays)]
+        parts = [memoryview(stream.getvalue()), *(array.raw() for array in arrays)]
         sizes = [part.nbytes for part in parts]
         self._outgoing.append(memoryview(struct.pack(f"<{len(sizes)}Q", *sizes)))
         for part in parts:

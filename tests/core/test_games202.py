@@ -6,6 +6,7 @@ import pytest
 
 from prt_addon.core import cubemap, games202, sh
 from prt_addon.core.games202 import InterchangeError
+from prt_addon.core.rotation import rotation_matrix
 from tests.core.references import order2, random_directions
 
 OPEN = 1 / np.sqrt(4 * np.pi)
@@ -77,8 +78,11 @@ def test_conversion_is_orthogonal_and_exact(order):
     """So that light . transport is the same in both; what is only moved is moved bit for bit."""
     matrix = games202.course_matrix(order)
     assert np.allclose(matrix @ matrix.T, np.eye(len(matrix)), rtol=0, atol=1e-13)
-    assert np.allclose(matrix, matrix.T, rtol=0, atol=1e-13)  # one matrix serves both ways
+    assert np.array_equal(matrix, matrix.T)  # one matrix serves both ways
     assert set(np.abs(matrix[:4, :4]).ravel()) <= {0.0, 1.0}
+    assert set(np.abs(matrix[4:9, 4:9]).ravel()) <= {0.0, 0.5, np.sqrt(0.75), 1.0}
+    turned = rotation_matrix(cubemap.Y_UP_TO_Z_UP, order)
+    assert np.allclose(np.abs(matrix), np.abs(turned), rtol=0, atol=1e-12)
 
 
 def test_written_light_is_the_course_s(tmp_path):

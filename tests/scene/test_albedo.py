@@ -70,8 +70,10 @@ def node_into_colour(material, kind, output):
 
 
 def principled(bpy, **inputs):
+    from headless import use_nodes
+
     material = bpy.data.materials.new("Principled")
-    material.use_nodes = True
+    use_nodes(material)
     for name, value in inputs.items():
         material.node_tree.nodes["Principled BSDF"].inputs[name.replace("_", " ")].default_value = value
     return material
@@ -79,8 +81,10 @@ def principled(bpy, **inputs):
 
 def shader_material(bpy, *shaders):
     """A material of some shaders, (type, colour) each, mixed in equal parts."""
+    from headless import use_nodes
+
     material = bpy.data.materials.new("Several")
-    material.use_nodes = True
+    use_nodes(material)
     tree = material.node_tree
     tree.nodes.clear()
     made = []

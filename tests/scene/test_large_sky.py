@@ -42,7 +42,7 @@ MEASURE = (
     BEGIN
     + """
 world = bpy.context.scene.world
-world.use_nodes = True
+headless.use_nodes(world)
 texture = world.node_tree.nodes.new("ShaderNodeTexEnvironment")
 background = next(node for node in world.node_tree.nodes if node.bl_idname == "ShaderNodeBackground")
 world.node_tree.links.new(texture.outputs["Color"], background.inputs["Color"])

@@ -39,7 +39,7 @@ def brute_force(scene, stage, sphere_camera, part):
     import bpy
 
     world = bpy.data.worlds.new("Directions")
-    world.use_nodes = True
+    stage.use_nodes(world)
     tree = world.node_tree
     background = next(node for node in tree.nodes if node.bl_idname == "ShaderNodeBackground")
     tree.links.new(tree.nodes.new("ShaderNodeTexCoord").outputs["Generated"], background.inputs["Color"])
@@ -137,10 +137,11 @@ def test_mirror_ball_is_what_blender_renders(blender, part, scene, stage, brute_
 def world_of(kind):
     """A world with one node that looks along the view, on its Background."""
     import bpy
+    from headless import use_nodes
 
     world = bpy.data.worlds.new("Graph")
     bpy.context.scene.world = world
-    world.use_nodes = True
+    use_nodes(world)
     tree = world.node_tree
     background = next(node for node in tree.nodes if node.bl_idname == "ShaderNodeBackground")
     node = tree.nodes.new(kind)
@@ -161,10 +162,12 @@ def test_gradient_turns_through_an_inserted_mapping(blender, part, scene, stage,
 def test_small_sun_is_found(part, scene):
     """A disc of half a degree, hundred thousand times as bright as its sky, made of nodes: within 1e-3 of closed form."""
     import bpy
+    from headless import use_nodes
 
     radius, towards = np.radians(0.2725), np.array([0.36, -0.48, 0.8])
     world = bpy.data.worlds.new("Sun")
-    world.use_nodes, scene.world = True, world
+    use_nodes(world)
+    scene.world = world
     tree = world.node_tree
     background = next(node for node in tree.nodes if node.bl_idname == "ShaderNodeBackground")
     across = tree.nodes.new("ShaderNodeVectorMath")  # the sine of the angle: a cosine would lose it in float32

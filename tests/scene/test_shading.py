@@ -121,4 +121,4 @@ def test_material_without_nodes_keeps_its_colour_and_gets_them_off_again(blender
     )
     assert tuple(albedo.constant[0]) == tuple(material.diffuse_color)[:3]
     part("scene.shading").remove_shading([ob])
-    assert not material.use_nodes
+    assert not part("scene.nodes").nodes_are_on(material)

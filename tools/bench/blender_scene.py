@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import bpy
+import headless
 import numpy as np
 import scenes
 
@@ -28,7 +29,7 @@ def _object_of(source: scenes.Mesh) -> bpy.types.Object:
     mesh.update(calc_edges=True)
     mesh.shade_smooth()
     material = bpy.data.materials.new(source.name)
-    material.use_nodes = True
+    headless.use_nodes(material)
     principled = next(node for node in material.node_tree.nodes if node.type == "BSDF_PRINCIPLED")
     principled.inputs["Base Color"].default_value = (*source.colour, 1.0)
     mesh.materials.append(material)
