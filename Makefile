@@ -1,12 +1,14 @@
 # make demo     the main job on real input, pictures in build/demo
 # make test     all tests
+# make check    style, types, the engine's tests and a case of every kind in one Blender: minutes
+# make torture  the engine's process killed at random moments, again and again: KILLS=100
 # make bench    how fast and how large: docs/benchmark.md; JSON and curves in build/bench
 # make gallery  the pictures of README and docs, every HDRI and mode beside Cycles: docs/gallery.md
 # make lint     style and types
 # make package  the zips that people install, in dist
 # make app      those zips tried in a real Blender's window: Debian and root only; sets up APP_ROOT, pictures in build/app
-# Each makes the environment that it needs under build/venv. PYTHON chooses the interpreter and with it the Blender:
-# 3.11 runs bpy 4.5 LTS (or 5.0 with BPY=5.0), 3.13 runs bpy 5.2 LTS.
+# Each makes the environment that it needs under build/venv, and looks for the libraries of the system that bpy links to.
+# PYTHON chooses the interpreter and with it the Blender: 3.11 runs bpy 4.5 LTS (or 5.0 with BPY=5.0), 3.13 runs bpy 5.2 LTS.
 
 PYTHON ?= python3
 PY := $(shell $(PYTHON) -c 'import sys; print("%d.%d" % sys.version_info[:2])')
@@ -17,15 +19,29 @@ VENV := build/venv/py$(PY)-bpy$(BPY)
 LINT := build/venv/lint-py$(PY)
 BLEND ?=
 TESTS ?=
+KILLS ?= 100
 APP_ROOT ?= build/app/root
+PYTEST = cd tests && ../$(VENV)/bin/python -m pytest
 
-.PHONY: demo test bench gallery lint package app clean
+.PHONY: demo test check check-engine check-blender torture bench gallery lint package app clean
 
 demo: $(VENV)/.ready
 	$(VENV)/bin/python tools/demo.py $(if $(BLEND),--blend "$(BLEND)")
 
-test: $(VENV)/.ready
-	cd tests && ../$(VENV)/bin/python -m pytest $(TESTS)
+test: $(VENV)/.ready build/.system-node
+	$(PYTEST) $(TESTS)
+
+check: $(VENV)/.ready $(LINT)/.ready
+	$(MAKE) -j2 --output-sync=target check-engine check-blender
+
+check-engine: lint
+	$(PYTEST) core worker
+
+check-blender: $(VENV)/.ready
+	$(PYTEST) -m "not slow and not once" --ignore=core --ignore=worker
+
+torture: $(VENV)/.ready
+	export PRT_KILLS=$(KILLS) PRT_KILLS_SEED=$$$$; $(PYTEST) worker -k random_moments
 
 bench: $(VENV)/.bench
 	$(VENV)/bin/python tools/bench --page docs/benchmark.md
@@ -46,7 +62,15 @@ app: package
 	tools/app/root.sh $(APP_ROOT)
 	tools/app/run.sh $(APP_ROOT) build/app
 
-$(VENV)/.ready: pyproject.toml
+build/.system: tools/system.sh
+	tools/system.sh $(PYTHON)
+	@mkdir -p build && touch $@
+
+build/.system-node: tools/system.sh
+	tools/system.sh $(PYTHON) node
+	@mkdir -p build && touch $@ build/.system
+
+$(VENV)/.ready: pyproject.toml | build/.system
 	@test -n "$(BPY)" || { echo "No bpy for Python $(PY): use PYTHON=python3.11 or PYTHON=python3.13."; exit 1; }
 	$(PYTHON) -m venv $(VENV)
 	$(VENV)/bin/python -m pip install --quiet --upgrade "pip>=25.1"
@@ -57,7 +81,7 @@ $(VENV)/.bench: $(VENV)/.ready
 	$(VENV)/bin/python -m pip install --quiet --group bench
 	touch $@
 
-$(LINT)/.ready: pyproject.toml
+$(LINT)/.ready: pyproject.toml | build/.system
 	$(PYTHON) -m venv $(LINT)
 	$(LINT)/bin/python -m pip install --quiet --upgrade "pip>=25.1"
 	$(LINT)/bin/python -m pip install --quiet --group lint

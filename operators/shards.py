@@ -108,7 +108,7 @@ class PRT_OT_merge_shards(ShardOperator, WholeBakeOperator, MemoryProperties, bp
                 "Unshadowed transport has no shards: use Bake PRT (prt.bake), or choose the mode of the shards."
             )
         pieces = PieceFolder(self._folder(), key)
-        pieces.check_complete()
+        self._warn(pieces.check_complete())
         return pieces
 
 

@@ -23,11 +23,7 @@ os.environ["BLENDER_USER_RESOURCES"] = _profile.name
 try:
     import bpy
 except ImportError as error:
-    sys.exit(
-        f"bpy cannot be imported: {error}\nOn Debian and Ubuntu its libraries come with: apt-get install "
-        "libx11-6 libxi6 libxxf86vm1 libxfixes3 libxrender1 libxkbcommon0 libsm6 libice6 libgl1 libegl1 "
-        "libgl1-mesa-dri"
-    )
+    sys.exit(f"bpy cannot be imported: {error}\nFor its libraries, run: tools/system.sh {sys.executable}")
 import addon_utils  # noqa: E402 - these come with bpy
 import bmesh  # noqa: E402
 import mathutils  # noqa: E402

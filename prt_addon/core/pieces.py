@@ -2,7 +2,8 @@
 """Traced pieces of a bake in a folder: what a bake that was stopped resumes from, and what its shards consist of.
 
 A piece is what the rays of consecutive receivers found. That is a function of the scene, the samples, the seed and the
-receivers alone, so that pieces from whatever machine, cut wherever, join to the same bits. Each lies in a file of its
+receivers alone, so that pieces join to the same bits wherever they are cut. So do those of several machines with the same
+kind of processor and the same versions; others may round differently in the last bit. Each lies in a file of its
 own, written under another name and then renamed: a file is there as a whole or not at all, and whoever is killed while
 writing it may do it again.
 
@@ -31,6 +32,7 @@ from .hits import KeptHits
 from .problem import TraceKey
 
 _SUFFIX = ".npz"
+_MADE_WITH = "numpy"  # in the header: the version of what may round otherwise
 _BROKEN = (OSError, ValueError, TypeError, KeyError, EOFError, zipfile.BadZipFile, zlib.error)
 
 Float32 = npt.NDArray[np.float32]
@@ -122,8 +124,15 @@ class PieceFolder:
                 done = stop
         yield from self._traced(slice(done, span.stop), size, trace)
 
-    def check_complete(self) -> None:
-        """Raises ShardError unless the folder holds all shards of this bake, once each, and nothing else."""
+    def check_complete(self) -> list[str]:
+        """Whether the folder holds all shards of this bake, once each, and nothing else.
+
+        Returns:
+            Sentences for the person: what is unusual about them.
+
+        Raises:
+            ShardError: if not; the message says what is wrong with which.
+        """
         files = []
         for path in self._paths():
             header = _header(path, whole=True)
@@ -141,6 +150,13 @@ class PieceFolder:
         files.sort(key=lambda file: file.start)
         self._check_once(files)
         self._check_missing(files)
+        made_with = sorted({str(file.header.get(_MADE_WITH)) for file in files if file.header.get(_MADE_WITH)})
+        if len(made_with) < 2:
+            return []
+        return [
+            f"The shards were made with different versions of NumPy ({', '.join(made_with)}): their transport may differ in "
+            "its last bits from a bake on one machine."
+        ]
 
     def _check_once(self, files: Sequence[_File]) -> None:
         counts = sorted({shard.count for file in files if (shard := file.shard)})
@@ -198,7 +214,7 @@ class PieceFolder:
     def _save(self, piece: Piece) -> None:
         start, stop = piece.receivers.start + self.first, piece.receivers.stop + self.first
         shard = self.shard and (self.shard.index, self.shard.count)
-        header = {**asdict(self.key), "start": start, "stop": stop, "shard": shard}
+        header = {**asdict(self.key), "start": start, "stop": stop, "shard": shard, _MADE_WITH: np.__version__}
         arrays: dict[str, npt.NDArray[Any]] = {"header": np.array(json.dumps(header)), "direct": piece.direct}
         if piece.hits:
             arrays |= {"starts": piece.hits.starts, "packed": piece.hits.packed}

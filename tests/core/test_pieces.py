@@ -2,6 +2,7 @@
 """Pieces in a folder: bakes that resume, and shards that merge, have the bits of a bake in one go."""
 
 import gc
+import json
 import os
 from dataclasses import replace
 from pathlib import Path
@@ -254,3 +255,24 @@ def test_a_full_disk_is_named_and_leaves_no_litter(tmp_path, monkeypatch):
     assert raised.value.filename == str(tmp_path) and not list(tmp_path.iterdir())
     del raised
     gc.collect()
+
+
+def test_shards_of_several_versions_are_told(tmp_path):
+    """They merge: their last bits may differ, and that is said. Those of before versions were noted say nothing."""
+    bake_shards(tmp_path, 3)
+    assert folder_of(tmp_path).check_complete() == []
+
+    def made_with(path, version):
+        with np.load(path) as stored:
+            arrays = {name: stored[name] for name in stored.files}
+        header = json.loads(arrays["header"].item())
+        assert header.pop("numpy") == np.__version__
+        arrays["header"] = np.array(json.dumps(header | ({"numpy": version} if version else {})))
+        np.savez(path, **arrays)
+
+    first, second, *_ = sorted(tmp_path.iterdir())
+    made_with(first, None)
+    assert folder_of(tmp_path).check_complete() == []
+    made_with(second, "1.0")
+    [sentence] = folder_of(tmp_path).check_complete()
+    assert f"(1.0, {np.__version__})" in sentence and "last bits" in sentence
