@@ -9,6 +9,7 @@ across a triangle.
 from math import pi
 
 import numpy as np
+import pytest
 
 SEGMENTS = 10
 GAP = 0.1
@@ -124,6 +125,7 @@ def test_red_wall_over_a_white_floor(blender, part, scene, stage):
     assert rms(unbounced - truth, truth).min() > 0.05
 
 
+@pytest.mark.slow
 def test_textured_floor_bleeds_its_colours(blender, part, scene, stage):
     """A floor half green, half blue, under white surfaces; taking the mean of its picture would be noticed."""
     white, floor = stage.diffuse("White", WHITE), stage.diffuse("Floor")
@@ -137,6 +139,7 @@ def test_textured_floor_bleeds_its_colours(blender, part, scene, stage):
     assert rms(mean_floor - truth, truth)[1, 1:].min() > 0.03, "on the wall, in green and blue"
 
 
+@pytest.mark.slow
 def test_what_is_not_selected_bounces_light(blender, part, scene, stage):
     """Baking the floor alone gives it the bits that it gets when all are baked; the others stay as they are."""
     white = stage.diffuse("White", WHITE)

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.once
+
 TOOL = Path(__file__).parent.parent / "tools" / "bench"
 
 

@@ -17,6 +17,8 @@ import numpy as np
 import package
 import pytest
 
+pytestmark = pytest.mark.slow
+
 BUNDLED = {"embreex", "tqdm"}
 MODES = ["UNSHADOWED", "SHADOWED", "INTERREFLECTED"]
 VERSION = tomllib.loads((headless.CHECKOUT / "pyproject.toml").read_text())["project"]["version"]

@@ -14,6 +14,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.once
+
 HERE = Path(__file__).resolve().parent
 SCRIPT = HERE.parents[1] / "flamenco" / "prt_bake.js"
 SETTINGS = {

@@ -79,6 +79,7 @@ def test_ctrl_c_on_the_command_line(blend):
     assert blend.read_bytes() == before
 
 
+@pytest.mark.slow
 def test_a_killed_bake_resumes_from_its_checkpoints(blender, part, stage, blend, tmp_path):
     """The file is what it was, and the second try has the bits of one that nobody stopped."""
     folder = tmp_path / "checkpoints"

@@ -147,7 +147,14 @@ def test_coarse_surroundings_are_blamed(blender, stage, report, sky):
     assert "rest" not in finer["all"]["advice"] and value(finer, "total") < 0.5 * value(document, "total")
 
 
-@pytest.mark.parametrize("name", sorted(WITH_SUN | WITHOUT))
+@pytest.mark.parametrize(
+    "name",
+    [
+        "sunset",
+        "studio",
+        *(pytest.param(name, marks=pytest.mark.slow) for name in sorted((WITH_SUN | WITHOUT) - {"sunset", "studio"})),
+    ],
+)
 def test_suns_of_photographs_are_told(blender, scene, stage, report, name):
     """And the truth has converged under them: its 95 % interval is under 2 %."""
     import headless
@@ -172,8 +179,11 @@ def test_suns_of_photographs_are_told(blender, scene, stage, report, name):
 
 @pytest.mark.parametrize(
     "build, cells, samples, mode",
-    [(sunny, 24, 64, "SHADOWED"), (None, 2, 256, "INTERREFLECTED"), (None, 27, 4, "SHADOWED")],
-    ids=["truncation", "tessellation", "sampling"],
+    [
+        pytest.param(sunny, 24, 64, "SHADOWED", id="truncation", marks=pytest.mark.slow),
+        pytest.param(None, 2, 256, "INTERREFLECTED", id="tessellation", marks=pytest.mark.slow),
+        pytest.param(None, 27, 4, "SHADOWED", id="sampling"),
+    ],
 )
 def test_parts_add_up_to_the_error_of_the_picture(blender, scene, stage, report, room, build, cells, samples, mode):
     """Three scenes, each ruled by another part: the root of the sum of squares is EEVEE's distance from Cycles."""

@@ -6,6 +6,9 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pytest
+
+pytestmark = pytest.mark.slow
 
 HEIGHTS = (4096, 2048, 1024)  # the largest first: then the peak is its own
 

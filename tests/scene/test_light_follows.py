@@ -281,6 +281,7 @@ def test_sun_of_a_sky_is_followed_frame_by_frame(blender, scene, stage, light, s
     assert "the nodes have changed" in state().text
 
 
+@pytest.mark.slow
 def test_animated_render_shows_each_frames_sky(blender, scene, stage, tmp_path):
     """A background render with the extension and Follow World: the sky of each frame is projected before it is drawn."""
     import headless

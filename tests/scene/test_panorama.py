@@ -90,7 +90,9 @@ def relative(light, truth):
     return np.linalg.norm(light - truth, axis=0) / np.linalg.norm(truth, axis=0)
 
 
-@pytest.mark.parametrize("sky", ["+", "-", "forest"])
+@pytest.mark.parametrize(
+    "sky", ["+", pytest.param("-", marks=pytest.mark.slow), pytest.param("forest", marks=pytest.mark.slow)]
+)
 def test_light_is_what_blender_renders(blender, part, scene, stage, brute_force, sky):
     """Of seven skies, as picture and as a graph, at five rotations: within a thousandth of Blender's own world."""
     import headless
