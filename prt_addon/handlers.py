@@ -13,10 +13,11 @@ import bpy
 from bpy.app.handlers import persistent
 
 from .core.errors import PRTError
+from .scene.colour_nodes import PART
 from .scene.light import has_light, windowing_of, write_light
 from .scene.light_state import light_state, note_repainted
 from .scene.projection import project
-from .scene.shading import follow_base_colour
+from .scene.shading import follow_base_colour, follow_group
 from .scene.sky import read_world
 from .worker.job import end_engine, running_job
 
@@ -35,6 +36,8 @@ def _on_edit(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     for ident in changed:
         if isinstance(ident, bpy.types.Material):
             follow_base_colour(ident)
+        elif isinstance(ident, bpy.types.NodeTree) and PART not in ident:
+            follow_group(ident)
         elif isinstance(ident, bpy.types.Image) and has_light(scene.world):
             note_repainted(scene.world, ident)
     if any(isinstance(ident, (bpy.types.World, bpy.types.Image)) for ident in changed):

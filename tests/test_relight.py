@@ -124,14 +124,13 @@ def test_base_colour_keeps_its_texture_and_unbaked_meshes_their_shader(blender, 
             ]
         ).ravel(),
     )
-    emission = tree.nodes.new("ShaderNodeEmission")  # what the unbaked one shows: told by a constant
+    emission = tree.nodes.new("ShaderNodeEmission")  # what the unbaked one shows as well: told by a constant
     emission.inputs["Color"].default_value = (0.1, 0.2, 0.3, 1.0)
-    mix = tree.nodes.new("ShaderNodeMixShader")
-    mix.inputs[0].default_value = 1.0
+    both = tree.nodes.new("ShaderNodeAddShader")
     output = next(node for node in tree.nodes if node.bl_idname == "ShaderNodeOutputMaterial")
-    tree.links.new(shader.outputs[0], mix.inputs[1])
-    tree.links.new(emission.outputs[0], mix.inputs[2])
-    tree.links.new(mix.outputs[0], output.inputs["Surface"])
+    tree.links.new(shader.outputs[0], both.inputs[0])
+    tree.links.new(emission.outputs[0], both.inputs[1])
+    tree.links.new(both.outputs[0], output.inputs["Surface"])
     stage.object_of("Unbaked", stage.grid(2, 0.4), material, (0.5, 0, 0))
     stage.top_camera(scale=2.0)
     stage.environment(stage.picture("Constant", np.ones((8, 16, 3))))
@@ -144,7 +143,9 @@ def test_base_colour_keeps_its_texture_and_unbaked_meshes_their_shader(blender, 
         quadrant = np.abs(points - centre).max(axis=-1) < 0.15
         np.testing.assert_allclose(frame[quadrant], np.broadcast_to(colour, frame[quadrant].shape), atol=2e-3)
     other = np.abs(points - (0.5, 0.0)).max(axis=-1) < 0.35
-    np.testing.assert_allclose(frame[other], np.broadcast_to((0.1, 0.2, 0.3), frame[other].shape), atol=1e-3)
+    shown = frame[other]  # without a UV map the texture is red there
+    np.testing.assert_allclose(shown[:, 1:], np.broadcast_to((0.2, 0.3), shown[:, 1:].shape), atol=1e-3)
+    np.testing.assert_allclose(shown[:, 0], 1.1, atol=0.05)
 
 
 REOPEN = """

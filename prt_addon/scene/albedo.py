@@ -1,14 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Materials to albedo: what light takes on where it bounces.
 
-The diffuse colour of a material is read from its own nodes: a constant, an image texture or a colour attribute. A
-colour that comes from other nodes, and a material of several shaders, is evaluated by Cycles at the vertices, which is
-said; where that is impossible the viewport colour stands in, which is said, too.
-
-Transport is diffuse and opaque, whichever way the colour is found. A metal bounces its base colour as if it were matte,
-glass likewise; in materials of several shaders the colours of all reflections add up. Alpha and Transparent BSDFs are
-ignored: what is half transparent blocks light, and bounces it, like a whole surface. Light that materials emit does
-not take part.
+The colour is that of the `material_reading`: a constant, an image texture or a colour attribute. One that comes from other
+nodes, or is mixed of several, is evaluated by Cycles at the vertices, which is said; where that is impossible the viewport
+colour stands in, which is said, too.
 """
 
 from __future__ import annotations
@@ -23,8 +18,9 @@ from ..core.albedo import AlbedoPattern, CornerColours, Interpolation, TexturePa
 from ..core.errors import PictureError
 from .cycles_colour import Unread, corner_colours
 from .images import linear_pixels
+from .material_reading import BLACK, Colour, Constant, Inside, Source, read_material
 from .meshes import Surface, corner_vertices, layer_array
-from .nodes import diffuse_colour, feeding_socket, upstream, uses_nodes
+from .nodes import feeding_socket, has_loop
 
 Float32 = npt.NDArray[np.float32]
 
@@ -41,26 +37,16 @@ class SurfaceAlbedo:
     warnings: list[str]
 
 
-_NO_REFLECTION = {
-    "ShaderNodeAddShader",
-    "ShaderNodeBsdfTransparent",
-    "ShaderNodeEmission",
-    "ShaderNodeHoldout",
-    "ShaderNodeMixShader",
-}
-"""Shaders that have no colour to bounce themselves."""
-
-
 class _NotFollowed(Exception):
     """A colour that comes from nodes which are not read.
 
     Args:
         why: what is not read, to stand after a colon.
-        colour: the colour input that could not be followed; None if it is the whole material.
+        colour: what could not be followed; None if it is the whole material.
         shown: whether Cycles would show it; it shows missing images in pink.
     """
 
-    def __init__(self, why: str, colour: bpy.types.NodeSocket | None = None, shown: bool = True) -> None:
+    def __init__(self, why: str, colour: Colour | None = None, shown: bool = True) -> None:
         super().__init__(why)
         self.colour, self.shown = colour, shown
 
@@ -106,13 +92,17 @@ def _evaluate(
     unread: dict[int, _NotFollowed],
 ) -> tuple[list[AlbedoPattern], list[str]]:
     """What Cycles makes of the slots that could not be read, and a sentence on each."""
-    shown = {index: Unread(materials[index], reason.colour) for index, reason in unread.items() if reason.shown}
+    shown = {
+        index: Unread(materials[index], reason.colour)
+        for index, reason in unread.items()
+        if reason.shown and not has_loop(materials[index].node_tree)
+    }
     colours = corner_colours(ob, matrix, shown) if shown else None
     patterns: list[AlbedoPattern] = []
     warnings = []
     for index, reason in unread.items():
         name = materials[index].name
-        if colours is None or not reason.shown:
+        if colours is None or index not in shown:
             warnings.append(f"Material '{name}': {reason}; light takes on its viewport colour.")
             continue
         triangles = np.flatnonzero(surface.material == index)
@@ -125,49 +115,44 @@ def _material_albedo(
     material: bpy.types.Material, mesh: bpy.types.Mesh, corners: npt.NDArray[np.int32], triangles: npt.NDArray[np.int64]
 ) -> tuple[float, ...] | AlbedoPattern:
     """One colour, or a pattern over the triangles."""
-    if not uses_nodes(material):
-        return tuple(material.diffuse_color[:3])
-    output = material.node_tree.get_output_node("CYCLES")
-    entry = diffuse_colour(output)
-    if entry is None:
-        raise _NotFollowed("it has no Principled or Diffuse BSDF", shown=output is not None)
-    if len(_reflecting(output)) > 1:
-        raise _NotFollowed(f"it is made of {len(_reflecting(output))} shaders")
-    source = feeding_socket(entry)
-    if source is None:
-        return tuple(entry.default_value[:3])
-    node = source.node
+    reading = read_material(material, "CYCLES")
+    colour = reading.colour
+    if colour is None and not reading.why_not:
+        return BLACK.rgb
+    if colour is None:
+        raise _NotFollowed(reading.why_not)
+    if isinstance(colour, Constant):
+        return colour.rgb
+    if not isinstance(colour, Source):
+        where = f"lies in group '{colour.group.name}'" if isinstance(colour, Inside) else "is mixed of several"
+        raise _NotFollowed(f"its colour {where}", colour)
+    source, node = colour.socket, colour.socket.node
     if node.bl_idname == "ShaderNodeRGB":
         return tuple(source.default_value[:3])
     if node.bl_idname == "ShaderNodeTexImage" and node.image and node.projection == "FLAT" and source.name == "Color":
-        uv = _corner_values(mesh, _uv_map(node, mesh, entry), "vector", 2)[corners]
-        return TexturePatch(triangles, uv, _texels(node.image, entry), _interpolation(node), node.extension)
+        uv = _corner_values(mesh, _uv_map(node, mesh, colour), "vector", 2)[corners]
+        return TexturePatch(triangles, uv, _texels(node.image, colour), _interpolation(node), node.extension)
     layer = _colour_layer(node, mesh) if source.name == "Color" else None
     if layer:
         return CornerColours(triangles, _corner_values(mesh, layer, "color", 4)[corners][..., :3])
-    raise _NotFollowed(f"its colour comes from '{node.label or node.name}'", entry)
+    why = f"its colour comes from '{node.label or node.name}'"
+    raise _NotFollowed(why, colour)
 
 
-def _reflecting(output: bpy.types.Node) -> list[bpy.types.Node]:
-    """The shaders, or groups of them, behind a Material Output that may reflect light."""
-    shaders = [node for node in upstream(output) if any(socket.type == "SHADER" for socket in node.outputs)]
-    return [node for node in shaders if node.bl_idname not in _NO_REFLECTION]
-
-
-def _texels(image: bpy.types.Image, entry: bpy.types.NodeSocket) -> Float32:
+def _texels(image: bpy.types.Image, colour: Colour) -> Float32:
     try:
         return linear_pixels(image)
     except PictureError as error:
         there = all(image.size)
         why = f"image '{image.name}' is not a single picture in sRGB or linear light" if there else str(error)
-        raise _NotFollowed(why.rstrip("."), entry, shown=there) from error
+        raise _NotFollowed(why.rstrip("."), colour, shown=there) from error
 
 
 def _interpolation(node: bpy.types.Node) -> Interpolation:
     return "Closest" if node.interpolation == "Closest" else "Linear"
 
 
-def _uv_map(node: bpy.types.Node, mesh: bpy.types.Mesh, entry: bpy.types.NodeSocket) -> str:
+def _uv_map(node: bpy.types.Node, mesh: bpy.types.Mesh, colour: Colour) -> str:
     """The UV map an Image Texture is looked up by."""
     active = next((layer.name for layer in mesh.uv_layers if layer.active_render), "")
     source = feeding_socket(node.inputs["Vector"])
@@ -176,9 +161,9 @@ def _uv_map(node: bpy.types.Node, mesh: bpy.types.Mesh, entry: bpy.types.NodeSoc
     elif source.node.bl_idname == "ShaderNodeUVMap":
         name = source.node.uv_map or active
     else:
-        raise _NotFollowed(f"its texture is placed by '{source.node.name}'", entry)
+        raise _NotFollowed(f"its texture is placed by '{source.node.name}'", colour)
     if name not in mesh.attributes:
-        raise _NotFollowed(f"mesh '{mesh.name}' lacks the UV map of its texture", entry)
+        raise _NotFollowed(f"mesh '{mesh.name}' lacks the UV map of its texture", colour)
     return str(name)
 
 

@@ -24,9 +24,10 @@ import bpy
 import numpy as np
 import numpy.typing as npt
 
+from .colour_nodes import connect, remove_parts
 from .evaluation import cycles_scene, selected_alone
+from .material_reading import Colour
 from .meshes import layer_array
-from .nodes import feeding_socket
 
 Float32 = npt.NDArray[np.float32]
 
@@ -54,10 +55,10 @@ _remembered: dict[object, Float32] | None = None
 
 @dataclass(frozen=True)
 class Unread:
-    """A material that Cycles shall evaluate; `colour` is the input whose colour is wanted, None for the whole."""
+    """A material that Cycles shall evaluate; `colour` is what is wanted of it, None for the whole."""
 
     material: bpy.types.Material
-    colour: bpy.types.NodeSocket | None = None
+    colour: Colour | None = None
 
 
 def corner_colours(
@@ -132,6 +133,7 @@ def _evaluated(ob: bpy.types.Object, matrix: npt.NDArray[np.float64], slots: Map
     finally:
         bpy.data.meshes.remove(mesh)
         for copy in copies:
+            remove_parts(copy.node_tree)
             bpy.data.materials.remove(copy)
     opacity = diffuse[:, 3:]
     opaque = np.where(opacity > 0.0, opacity, np.float32(1.0))
@@ -139,16 +141,15 @@ def _evaluated(ob: bpy.types.Object, matrix: npt.NDArray[np.float64], slots: Map
     return colour
 
 
-def _matte_copy(material: bpy.types.Material, colour: bpy.types.NodeSocket) -> bpy.types.Material:
-    """A copy of a material whose surface is a Diffuse BSDF of what feeds one of its colour inputs."""
-    source = feeding_socket(colour)
+def _matte_copy(material: bpy.types.Material, colour: Colour) -> bpy.types.Material:
+    """A copy of a material whose surface is a Diffuse BSDF of a colour that was read of it."""
     copy = material.copy()
     tree = copy.node_tree
     shader = tree.nodes.new("ShaderNodeBsdfDiffuse")
-    if source:
-        outputs = {output.identifier: output for output in tree.nodes[source.node.name].outputs}
-        tree.links.new(outputs[source.identifier], shader.inputs["Color"])
-    tree.links.new(shader.outputs[0], tree.get_output_node("CYCLES").inputs["Surface"])
+    connect(tree, colour, shader.inputs["Color"])
+    output = tree.nodes.new("ShaderNodeOutputMaterial")
+    output.target, output.is_active_output = "CYCLES", True
+    tree.links.new(shader.outputs[0], output.inputs["Surface"])
     return copy
 
 

@@ -19,6 +19,7 @@ from ..core import sh
 from ..core.errors import LightError
 from ..core.rotation import rotation_matrix
 from .libraries import check_own, is_own
+from .nodes import feeding_socket
 from .projection import Projection, Windowing
 from .sky import Sky
 from .versions import refuse_newer, version_of
@@ -219,9 +220,8 @@ def insert_mapping(entry: bpy.types.NodeSocket) -> bpy.types.Node:
     tree = entry.id_data
     mapping = tree.nodes.new("ShaderNodeMapping")
     mapping.location = (entry.node.location.x - 200.0, entry.node.location.y)
-    if entry.is_linked:
-        coordinate = entry.links[0].from_socket
-    else:
+    coordinate = feeding_socket(entry)
+    if coordinate is None:
         node = tree.nodes.new("ShaderNodeTexCoord")
         node.location = (mapping.location.x - 200.0, mapping.location.y)
         coordinate = node.outputs["Generated"]

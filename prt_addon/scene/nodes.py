@@ -3,31 +3,125 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterator
 
 import bpy
 
 
-def feeding_socket(socket: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
-    """The output that feeds an input, seen through reroutes; None if nothing does."""
-    while socket.is_linked:
-        source = socket.links[0].from_socket
-        if source.node.bl_idname != "NodeReroute":
-            return source
-        socket = source.node.inputs[0]
-    return None
+class Wiring:
+    """What feeds what in node trees, for as long as nobody changes them.
+
+    Links are looked up once a tree: `socket.links` goes through all links of the tree each time it is asked. A muted link
+    feeds nothing. A muted node hands an input on, as Blender has it. Reroutes are seen through, and lead nowhere in a loop.
+    """
+
+    def __init__(self) -> None:
+        self._by_input: dict[int, dict[int, bpy.types.NodeSocket]] = {}
+        self._by_output: dict[int, dict[int, list[bpy.types.NodeSocket]]] = {}
+
+    def source(self, entry: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
+        """The output that feeds an input; None if nothing does."""
+        links, seen = self._into(entry.id_data), set[int]()
+        while (output := links.get(entry.as_pointer())) and output.as_pointer() not in seen:
+            seen.add(output.as_pointer())
+            passed = _passed_on(output)
+            if passed is output:
+                return output
+            if passed is None:
+                return None
+            entry = passed
+        return None
+
+    def fed_by(self, output: bpy.types.NodeSocket) -> list[bpy.types.NodeSocket]:
+        """The inputs that an output feeds."""
+        links, seen = self._out_of(output.id_data), set[int]()
+        fed, pending = [], [output]
+        while pending:
+            current = pending.pop()
+            if current.as_pointer() in seen:
+                continue
+            seen.add(current.as_pointer())
+            for entry in links.get(current.as_pointer(), ()):
+                onward = [one for one in entry.node.outputs if _passed_on(one) == entry]
+                pending += onward
+                if not onward:
+                    fed.append(entry)
+        return fed
+
+    def upstream(self, node: bpy.types.Node) -> Iterator[bpy.types.Node]:
+        """A node and all that feed it, nearest first, each once."""
+        seen, pending = {node.as_pointer()}, deque([node])
+        while pending:
+            current = pending.popleft()
+            yield current
+            for entry in current.inputs:
+                source = self.source(entry)
+                if source and source.node.as_pointer() not in seen:
+                    seen.add(source.node.as_pointer())
+                    pending.append(source.node)
+
+    def _into(self, tree: bpy.types.NodeTree) -> dict[int, bpy.types.NodeSocket]:
+        """The output at the other end of the link into each input of a tree, by the input's pointer."""
+        found = self._by_input.get(tree.as_pointer())
+        if found is None:
+            found = {link.to_socket.as_pointer(): link.from_socket for link in tree.links if not link.is_muted}
+            self._by_input[tree.as_pointer()] = found
+        return found
+
+    def _out_of(self, tree: bpy.types.NodeTree) -> dict[int, list[bpy.types.NodeSocket]]:
+        """The inputs at the other ends of the links out of each output, by the output's pointer."""
+        found = self._by_output.get(tree.as_pointer())
+        if found is None:
+            found = self._by_output[tree.as_pointer()] = {}
+            for link in tree.links:
+                if not link.is_muted:
+                    found.setdefault(link.from_socket.as_pointer(), []).append(link.to_socket)
+        return found
 
 
-def upstream(node: bpy.types.Node) -> Iterator[bpy.types.Node]:
-    """A node and all that feed it, nearest first, each once."""
-    seen, pending = set(), [node]
+def _passed_on(output: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
+    """The output itself; or the input that a reroute or a muted node hands on there, None if it hands on nothing."""
+    node = output.node
+    if node.bl_idname == "NodeReroute":
+        return node.inputs[0]
+    if node.mute:
+        return next((link.from_socket for link in node.internal_links if link.to_socket == output), None)
+    return output
+
+
+def has_loop(tree: bpy.types.NodeTree) -> bool:
+    """Whether nodes of a tree, or of a group in it, feed each other in a circle: Cycles crashes on such reroutes (4.5, 5.2)."""
+    trees, pending = {tree}, [tree]
     while pending:
-        current = pending.pop(0)
-        if current.name in seen:
-            continue
-        seen.add(current.name)
-        yield current
-        pending.extend(source.node for entry in current.inputs if (source := feeding_socket(entry)))
+        current = pending.pop()
+        groups = {node.node_tree for node in current.nodes if getattr(node, "node_tree", None)}
+        pending += groups - trees
+        trees |= groups
+    return any(map(_is_circular, trees))
+
+
+def _is_circular(tree: bpy.types.NodeTree) -> bool:
+    """Take away what nothing feeds until nothing is left, or a circle (Kahn 1962)."""
+    fed = {node.as_pointer(): 0 for node in tree.nodes}
+    feeds: dict[int, list[int]] = {}
+    for link in tree.links:
+        fed[link.to_node.as_pointer()] += 1
+        feeds.setdefault(link.from_node.as_pointer(), []).append(link.to_node.as_pointer())
+    free = [node for node, count in fed.items() if not count]
+    left = len(fed)
+    while free:
+        left -= 1
+        for node in feeds.get(free.pop(), ()):
+            fed[node] -= 1
+            if not fed[node]:
+                free.append(node)
+    return left > 0
+
+
+def feeding_socket(entry: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
+    """The output that feeds an input; None if nothing does. To ask about many inputs, keep a `Wiring`."""
+    return Wiring().source(entry)
 
 
 _NODES_ARE_OPTIONAL = bpy.app.version < (5, 0, 0)
@@ -52,22 +146,6 @@ HAD_NO_NODES = "prt_had_no_nodes"
 def uses_nodes(material: bpy.types.Material) -> bool:
     """Whether the person's material is made of nodes; if not, it is its viewport colour."""
     return nodes_are_on(material) and not material.get(HAD_NO_NODES)
-
-
-_DIFFUSE_INPUT = {
-    "ShaderNodeBsdfPrincipled": "Base Color",
-    "ShaderNodeBsdfDiffuse": "Color",
-    "ShaderNodeEeveeSpecular": "Base Color",
-    "ShaderNodeSubsurfaceScattering": "Color",
-}
-
-
-def diffuse_colour(output: bpy.types.Node | None) -> bpy.types.NodeSocket | None:
-    """The colour input of the diffuse-like shader nearest to a Material Output; None if there is none."""
-    for node in upstream(output) if output else ():
-        if node.bl_idname in _DIFFUSE_INPUT:
-            return node.inputs[_DIFFUSE_INPUT[node.bl_idname]]
-    return None
 
 
 class Graph:

@@ -22,7 +22,7 @@ from ..core.errors import LightError
 from ..core.texel_means import Radiance, equirect_means
 from .evaluation import cycles_scene, selected_alone
 from .meshes import layer_array
-from .nodes import feeding_socket
+from .nodes import feeding_socket, has_loop
 from .sky import Sky, output_of
 
 Float32 = npt.NDArray[np.float32]
@@ -52,6 +52,8 @@ def _alone(sky: Sky) -> Iterator[Radiance]:
             f"World '{sky.world.name}' is evaluated by Cycles, which is disabled: enable it in Preferences."
         )
     world = sky.world
+    if world.node_tree and has_loop(world.node_tree):
+        raise LightError(f"Nodes of world '{world.name}' feed each other in a circle: unlink them.")
     if not world.is_evaluated:
         world = world.evaluated_get(bpy.context.evaluated_depsgraph_get())
     world = world.copy()  # as it is at this frame

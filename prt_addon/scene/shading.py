@@ -12,8 +12,10 @@ from collections.abc import Iterable, Iterator
 import bpy
 
 from ..core.errors import MeshError
+from .colour_nodes import PART, connect, remove_parts, signature
 from .libraries import check_own
-from .nodes import HAD_NO_NODES, diffuse_colour, feeding_socket, nodes_are_on, turn_nodes, uses_nodes
+from .material_reading import OURS, MaterialReading, own_output, read_material
+from .nodes import HAD_NO_NODES, feeding_socket, nodes_are_on, turn_nodes
 from .relight_group import check_version, is_newer, is_relight_group, relight_group
 from .transport_layers import is_baked
 
@@ -21,7 +23,8 @@ OUTPUT = "PRT Output"
 MADE = "prt_made"
 """Custom property of a material that we made for an object that had none."""
 _ADD = "add the shading"
-_WERE_ACTIVE = "prt_were_active"
+_COLOUR = "prt_colour"
+"""Custom property of our group node: the signature of the colour that it is fed with."""
 _SLOT_ADDED = "prt_slot_added"
 
 
@@ -76,11 +79,8 @@ def add_shading(objects: Iterable[bpy.types.Object]) -> list[str]:
     warnings = []
     for material in materials_of(objects):
         remove_from_material(material)
-        if not _add_to_material(material):
-            warnings.append(
-                f"Material '{material.name}' has no Principled or Diffuse BSDF whose colour could be used: it is relit in grey."
-            )
-    return warnings
+        warnings.append(_add_to_material(material))
+    return list(filter(None, warnings))
 
 
 def remove_shading(objects: Iterable[bpy.types.Object]) -> bool:
@@ -101,7 +101,7 @@ def our_nodes(tree: bpy.types.NodeTree | None) -> Iterator[bpy.types.Node]:
     """The nodes we added to a material's tree."""
     for node in tree.nodes if tree else ():
         is_group = node.bl_idname == "ShaderNodeGroup" and is_relight_group(node.node_tree)
-        if is_group or _WERE_ACTIVE in node:
+        if is_group or OURS in node or PART in node:
             yield node
 
 
@@ -109,8 +109,10 @@ def remove_from_material(material: bpy.types.Material) -> bool:
     """Take our nodes out of a material and restore which output was active; True if there were any."""
     tree = material.node_tree
     ours = list(our_nodes(tree))
-    were_active = {name for node in ours for name in node.get(_WERE_ACTIVE, "").split("\n")}
-    for node in ours:
+    were_active = {name for node in ours for name in node.get(OURS, "").split("\n")}
+    if tree:
+        remove_parts(tree)
+    for node in list(our_nodes(tree)):
         tree.nodes.remove(node)
     if ours:
         for output in _outputs(tree):
@@ -121,58 +123,69 @@ def remove_from_material(material: bpy.types.Material) -> bool:
     return bool(ours)
 
 
-def follow_base_colour(material: bpy.types.Material) -> None:
-    """Feed the relit surface with what the user's own shader now has for a base colour, if it has changed.
+def follow_base_colour(material: bpy.types.Material, anew: bool = False) -> None:
+    """Feed the relit surface with what the person's own surface now has for a colour, if that has changed.
 
     Textures and nodes are linked and need no following; a plain number cannot be linked, and a driver from a material
     to itself would be a dependency cycle.
+
+    Args:
+        anew: also if it looks the same from here: a group that it lies in was edited.
     """
-    groups = (node for node in our_nodes(material.node_tree) if node.bl_idname == "ShaderNodeGroup")
+    groups = (
+        node for node in our_nodes(material.node_tree) if node.bl_idname == "ShaderNodeGroup" and PART not in node
+    )
     group = next((node for node in groups if not is_newer(node.node_tree)), None)
-    albedo = diffuse_colour(material.node_tree.get_output_node("CYCLES")) if group else None
-    if albedo and uses_nodes(material):
-        _feed_base_colour(material.node_tree, group, albedo)
+    if group:
+        _feed_colour(material.node_tree, group, read_material(material, "EEVEE"), anew)
 
 
-def _feed_base_colour(tree: bpy.types.NodeTree, group: bpy.types.Node, albedo: bpy.types.NodeSocket) -> None:
-    entry, source = group.inputs["Base Color"], feeding_socket(albedo)
-    if source != feeding_socket(entry):
-        for link in list(entry.links):
-            tree.links.remove(link)
-        if source:
-            tree.links.new(source, entry)
-    if not source and tuple(entry.default_value) != tuple(albedo.default_value):
-        entry.default_value = albedo.default_value
+def follow_group(tree: bpy.types.NodeTree) -> None:
+    """A node group was edited: materials that show what lies inside of it, through a copy, get another."""
+    copies = {copy for copy in bpy.data.node_groups if copy.get(PART) == tree.name}
+    for material in bpy.data.materials if copies else ():
+        if any(getattr(node, "node_tree", None) in copies for node in our_nodes(material.node_tree)):
+            follow_base_colour(material, anew=True)
 
 
-def _add_to_material(material: bpy.types.Material) -> bool:
-    """Add our two nodes; False if no base colour was found for them."""
-    plain = not nodes_are_on(material)
-    if plain:
+def _feed_colour(tree: bpy.types.NodeTree, group: bpy.types.Node, reading: MaterialReading, anew: bool = False) -> None:
+    entry, wanted = group.inputs["Base Color"], signature(reading.colour)
+    if reading.colour is None or (group.get(_COLOUR) == wanted and not anew):
+        return
+    for link in list(entry.links):
+        tree.links.remove(link)
+    remove_parts(tree)
+    connect(tree, reading.colour, entry)
+    group[_COLOUR] = wanted
+    for row, node in enumerate(node for node in tree.nodes if PART in node):
+        node.location = (group.location.x - 220.0, group.location.y - 40.0 * row)
+
+
+def _add_to_material(material: bpy.types.Material) -> str:
+    """Add our nodes; returns a warning, or nothing."""
+    reading = read_material(material, "EEVEE")
+    if reading.colour is None and not reading.why_not:
+        return f"Material '{material.name}' reflects no light: EEVEE goes on showing it as it is."
+    if not nodes_are_on(material):
         material[HAD_NO_NODES] = True
         turn_nodes(material, True)
     tree = material.node_tree
-    output = tree.get_output_node("EEVEE")
+    output = own_output(tree, "EEVEE")
 
     group = tree.nodes.new("ShaderNodeGroup")
     group.node_tree, group.name, group.label, group.width = relight_group(), "PRT Relight", "PRT Relight", 200.0
     active = [node.name for node in _outputs(tree) if node.is_active_output]
     ours = tree.nodes.new("ShaderNodeOutputMaterial")
     ours.target, ours.name, ours.label = "EEVEE", OUTPUT, "PRT (EEVEE)"
-    ours[_WERE_ACTIVE] = "\n".join(active)
+    ours[OURS] = "\n".join(active)
     tree.links.new(group.outputs["Surface"], ours.inputs["Surface"])
     if output:
         _share_links(tree, output, ours, group)
     for node in (group, ours):
         node.select = False
     ours.is_active_output = True
-
-    albedo = diffuse_colour(output)
-    if plain:
-        group.inputs["Base Color"].default_value = material.diffuse_color
-    elif albedo:
-        _feed_base_colour(tree, group, albedo)
-    return plain or albedo is not None
+    _feed_colour(tree, group, reading)
+    return f"Material '{material.name}': {reading.why_not}; it is relit in grey." if reading.why_not else ""
 
 
 def _outputs(tree: bpy.types.NodeTree) -> list[bpy.types.Node]:

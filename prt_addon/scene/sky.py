@@ -12,7 +12,7 @@ import numpy as np
 
 from ..core.errors import LightError, PictureError
 from .images import missing
-from .nodes import feeding_socket, nodes_are_on, upstream
+from .nodes import Wiring, nodes_are_on
 
 _LOOKS_ALONG = {
     "ShaderNodeTexEnvironment",
@@ -66,7 +66,7 @@ class Sky:
     def nodes(self) -> list[bpy.types.Node]:
         """All nodes that can be seen, those in groups after the group."""
         output = output_of(self.world)
-        return list(_all_nodes(output)) if output else []
+        return list(_all_nodes(output, Wiring())) if output else []
 
     @property
     def images(self) -> list[bpy.types.Image]:
@@ -105,20 +105,21 @@ def read_sky(scene: bpy.types.Scene) -> Sky:
 
 def read_world(world: bpy.types.World) -> Sky:
     """As `read_sky`, of one world, which may be an evaluated one."""
-    output = output_of(world)
-    surface = feeding_socket(output.inputs["Surface"]) if output else None
+    output, wiring = output_of(world), Wiring()
+    surface = wiring.source(output.inputs["Surface"]) if output else None
     if surface is None:
         return Sky(world, None, None, None, None, "it looks the same in all directions")
-    _check_pictures(world, output)
-    background = surface.node if surface.node.bl_idname == "ShaderNodeBackground" and not surface.node.mute else None
-    strength = _number(background.inputs["Strength"]) if background else None
-    mapping = next((node for node in upstream(output) if _turns(node) and not list(_lookups(output, node))), None)
-    lookups = [] if mapping else list(_lookups(output))
+    _check_pictures(world, output, wiring)
+    background = surface.node if surface.node.bl_idname == "ShaderNodeBackground" else None
+    strength = _number(background.inputs["Strength"], wiring) if background else None
+    turning = (node for node in wiring.upstream(output) if _turns(node, wiring))
+    mapping = next((node for node in turning if not any(_lookups(output, wiring, node))), None)
+    lookups = [] if mapping else list(_lookups(output, wiring))
     entry = lookups[0] if len(lookups) == 1 and lookups[0].node.id_data == world.node_tree else None
-    entry = entry if entry and _takes_a_mapping(entry) else None
+    entry = entry if entry and _takes_a_mapping(entry, wiring) else None
     still = "" if mapping or entry else _why_still(lookups)
-    texture = feeding_socket(background.inputs["Color"]) if background and strength else None
-    alone = texture is not None and _is_picture(texture.node, mapping, entry)
+    texture = wiring.source(background.inputs["Color"]) if background and strength else None
+    alone = texture is not None and _is_picture(texture.node, mapping, entry, wiring)
     return Sky(world, texture.node if texture and alone else None, mapping, entry, strength, still)
 
 
@@ -127,8 +128,8 @@ def output_of(world: bpy.types.World) -> bpy.types.Node | None:
     return world.node_tree.get_output_node("EEVEE") if world.node_tree and nodes_are_on(world) else None
 
 
-def _check_pictures(world: bpy.types.World, output: bpy.types.Node) -> None:
-    for node in _all_nodes(output):
+def _check_pictures(world: bpy.types.World, output: bpy.types.Node, wiring: Wiring) -> None:
+    for node in _all_nodes(output, wiring):
         if node.bl_idname not in {"ShaderNodeTexEnvironment", "ShaderNodeTexImage"}:
             continue
         image = node.image
@@ -144,47 +145,42 @@ def _check_pictures(world: bpy.types.World, output: bpy.types.Node) -> None:
             raise missing(image)
 
 
-def _all_nodes(node: bpy.types.Node) -> Iterator[bpy.types.Node]:
-    """A node and all that feed it, with those in groups."""
-    for source in upstream(node):
-        yield source
-        group = getattr(source, "node_tree", None)
+def _all_nodes(output: bpy.types.Node, wiring: Wiring, seen: set[int] | None = None) -> Iterator[bpy.types.Node]:
+    """An output and all that feed it, each once, those of a group after the first that shows it."""
+    seen = set() if seen is None else seen
+    if output.as_pointer() in seen:
+        return
+    seen.add(output.as_pointer())
+    for node in wiring.upstream(output):
+        yield node
+        group = getattr(node, "node_tree", None)
         inner = _group_output(group) if group else None
         if inner:
-            yield from _all_nodes(inner)
+            yield from _all_nodes(inner, wiring, seen)
 
 
 def _group_output(group: bpy.types.NodeTree) -> bpy.types.Node | None:
     return next((node for node in group.nodes if node.bl_idname == "NodeGroupOutput" and node.is_active_output), None)
 
 
-def _number(socket: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
+def _number(socket: bpy.types.NodeSocket, wiring: Wiring) -> bpy.types.NodeSocket | None:
     """The socket that holds the number of an input: itself, or that of a Value node that feeds nothing else."""
-    source = feeding_socket(socket)
+    source = wiring.source(socket)
     if source is None:
         return socket
-    only = source.node.bl_idname == "ShaderNodeValue" and len(_fed_by(source)) == 1
+    only = source.node.bl_idname == "ShaderNodeValue" and len(wiring.fed_by(source)) == 1
     return source if only else None
 
 
-def _fed_by(output: bpy.types.NodeSocket) -> list[bpy.types.NodeSocket]:
-    """The inputs that an output feeds, seen through reroutes."""
-    fed = []
-    for link in output.links:
-        to = link.to_node
-        fed += _fed_by(to.outputs[0]) if to.bl_idname == "NodeReroute" else [link.to_socket]
-    return fed
-
-
-def _turns(node: bpy.types.Node) -> bool:
+def _turns(node: bpy.types.Node, wiring: Wiring) -> bool:
     """Whether a node is a Mapping that turns the view, by numbers, and does nothing else."""
-    if node.bl_idname != "ShaderNodeMapping" or node.mute or not is_view(feeding_socket(node.inputs["Vector"])):
+    if node.bl_idname != "ShaderNodeMapping" or not is_view(wiring.source(node.inputs["Vector"])):
         return False
     inputs = {entry.name: entry for entry in node.inputs if entry.name != "Vector"}
     rests = {"Location": (0.0, 0.0, 0.0), "Scale": (1.0, 1.0, 1.0)}
     if node.vector_type in {"VECTOR", "NORMAL"}:
         del rests["Location"]  # without effect
-    return not any(entry.is_linked for entry in inputs.values()) and all(
+    return not any(wiring.source(entry) for entry in inputs.values()) and all(
         np.allclose(inputs[name].default_value, rest, atol=1e-6) for name, rest in rests.items()
     )
 
@@ -199,40 +195,46 @@ def looks_along(entry: bpy.types.NodeSocket) -> bool:
     return entry.node.bl_idname in _LOOKS_ALONG and entry.enabled and entry == entry.node.inputs[0]
 
 
-def _lookups(output: bpy.types.Node, through: bpy.types.Node | None = None) -> Iterator[bpy.types.NodeSocket]:
+def _lookups(
+    output: bpy.types.Node, wiring: Wiring, through: bpy.types.Node | None = None
+) -> Iterator[bpy.types.NodeSocket]:
     """The sockets by which a graph knows the direction: implicit inputs, and outputs or inputs fed by them.
 
     Args:
         output: where to begin.
+        wiring: of its tree and the groups in it.
         through: a node beyond which not to look.
     """
-    pending, seen = [output], set()
+    pending, seen = [output], set[int]()
     while pending:
         node = pending.pop()
-        if node == through or node.name in seen:
+        if node == through or node.as_pointer() in seen:
             continue
-        seen.add(node.name)
+        seen.add(node.as_pointer())
         group = getattr(node, "node_tree", None)
-        if group and _group_output(group):
-            yield from _lookups(_group_output(group))
+        if group and (inner := _group_output(group)):
+            pending.append(inner)
         vector = node.inputs[0] if node.bl_idname in _LOOKS_ALONG else None
         if vector and not vector.enabled:
             yield node.outputs[0]
-        elif vector and not vector.is_linked:
+        elif vector and not wiring.source(vector):
             yield vector
         for entry in node.inputs:
             if not entry.enabled:
                 continue
-            source = feeding_socket(entry)
+            source = wiring.source(entry)
             if source and source.node.bl_idname in _KNOWS_DIRECTION:
                 yield entry if is_view(source) else source
             elif source:
                 pending.append(source.node)
 
 
-def _takes_a_mapping(socket: bpy.types.NodeSocket) -> bool:
+def _takes_a_mapping(socket: bpy.types.NodeSocket, wiring: Wiring) -> bool:
     """Whether a Mapping inserted before an input would turn it: all it lacks is the node."""
-    return not socket.is_output and (not socket.is_linked or is_view(feeding_socket(socket)))
+    if socket.is_output:
+        return False
+    source = wiring.source(socket)
+    return source is None or is_view(source)
 
 
 def _why_still(lookups: list[bpy.types.NodeSocket]) -> str:
@@ -251,10 +253,12 @@ def _why_still(lookups: list[bpy.types.NodeSocket]) -> str:
     )
 
 
-def _is_picture(node: bpy.types.Node, mapping: bpy.types.Node | None, entry: bpy.types.NodeSocket | None) -> bool:
+def _is_picture(
+    node: bpy.types.Node, mapping: bpy.types.Node | None, entry: bpy.types.NodeSocket | None, wiring: Wiring
+) -> bool:
     """Whether a node is an Environment Texture looked up along the view, at most turned, whose texels we can read."""
-    if node.bl_idname != "ShaderNodeTexEnvironment" or node.mute:
+    if node.bl_idname != "ShaderNodeTexEnvironment":
         return False
-    source = feeding_socket(node.inputs["Vector"])
+    source = wiring.source(node.inputs["Vector"])
     looked_up = entry == node.inputs["Vector"] or (source and mapping and source.node == mapping)
     return bool(looked_up) and node.image.source in {"FILE", "GENERATED"}

@@ -15,7 +15,7 @@ from typing import Any
 import bpy
 
 from ..core.digest import digest
-from .nodes import feeding_socket
+from .nodes import Wiring
 from .sky import Sky, is_view, looks_along
 
 _HOLDS_NUMBERS = {"ShaderNodeValue", "ShaderNodeRGB", "ShaderNodeNormal"}
@@ -59,28 +59,30 @@ def _picture(image: bpy.types.Image) -> str:
 def _graph(sky: Sky) -> Iterator[str]:
     if not sky.nodes:
         yield repr(tuple(sky.world.color))
-    nodes = [node for node in sky.nodes if node != sky.mapping and not _only_view(node)]
-    numbers = {(node.id_data.name, node.name): number for number, node in enumerate(nodes)}
+    wiring = Wiring()
+    nodes = [node for node in sky.nodes if node != sky.mapping and not _only_view(node, wiring)]
+    numbers = {node.as_pointer(): number for number, node in enumerate(nodes)}
     for node in nodes:
-        yield repr([node.bl_idname, node.mute, dict(_settings(node)), list(_values(sky, node, numbers))])
+        yield repr([node.bl_idname, node.mute, dict(_settings(node)), list(_values(sky, node, numbers, wiring))])
     if any(image.source in {"MOVIE", "SEQUENCE"} for image in sky.images):
         yield str(bpy.context.scene.frame_current)
 
 
-def _only_view(node: bpy.types.Node) -> bool:
-    return all(is_view(output) for output in node.outputs if output.is_linked) and is_view(
-        node.outputs.get("Generated")
+def _only_view(node: bpy.types.Node, wiring: Wiring) -> bool:
+    """Whether a node gives nothing but the direction of view."""
+    return is_view(node.outputs.get("Generated")) and all(
+        is_view(output) for output in node.outputs if wiring.fed_by(output)
     )
 
 
-def _values(sky: Sky, node: bpy.types.Node, numbers: dict[tuple[str, str], int]) -> Iterator[Any]:
+def _values(sky: Sky, node: bpy.types.Node, numbers: dict[int, int], wiring: Wiring) -> Iterator[Any]:
     """What each input of a node is: which output, the view, or a number."""
     for entry in node.inputs:
-        source = feeding_socket(entry)
+        source = wiring.source(entry)
         if (source and (source.node == sky.mapping or is_view(source))) or (not source and looks_along(entry)):
             yield "view"
         elif source:
-            yield numbers[source.node.id_data.name, source.node.name], source.identifier
+            yield numbers[source.node.as_pointer()], source.identifier
         elif entry != sky.strength:
             yield _plain(getattr(entry, "default_value", None))
     if node.bl_idname in _HOLDS_NUMBERS and node.outputs[0] != sky.strength:

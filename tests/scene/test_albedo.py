@@ -139,7 +139,9 @@ def test_evaluation_leaves_no_trace(blender, part, scene, stage):
     noisy = stage.diffuse("Noisy")
     node_into_colour(noisy, "ShaderNodeTexNoise", "Color")
     one = stage.object_of("One", stage.grid(4), noisy)
-    two = stage.object_of("Two", stage.grid(2), shader_material(blender, ("ShaderNodeBsdfGlass", (1, 1, 1))), (3, 0, 0))
+    several = shader_material(blender, ("ShaderNodeBsdfGlass", (1, 1, 1)), ("ShaderNodeBsdfDiffuse", (1, 0, 0)))
+    node_into_colour(several, "ShaderNodeTexNoise", "Color")
+    two = stage.object_of("Two", stage.grid(2), several, (3, 0, 0))
     blender.context.view_layer.objects.active = two
     one.select_set(True)
     before = whereabouts(blender)
