@@ -51,12 +51,12 @@ class Wiring:
 
     def upstream(self, node: bpy.types.Node) -> Iterator[bpy.types.Node]:
         """A node and all that feed it, nearest first, each once."""
-        seen, pending = {node.as_pointer()}, deque([node])
+        seen, pending, links = {node.as_pointer()}, deque([node]), self._into(node.id_data)
         while pending:
             current = pending.popleft()
             yield current
             for entry in current.inputs:
-                source = self.source(entry)
+                source = self.source(entry) if entry.as_pointer() in links else None
                 if source and source.node.as_pointer() not in seen:
                     seen.add(source.node.as_pointer())
                     pending.append(source.node)

@@ -36,8 +36,10 @@ class SkyIdentity:
 
 def identity(sky: Sky) -> SkyIdentity:
     """What is seen of a sky, apart from its turn and strength if these are followed."""
-    pictures = "\n".join(sorted(_picture(image) for image in sky.images))
-    return SkyIdentity(_hex(pictures), _hex("\n".join(_graph(sky))))
+    nodes = sky.nodes
+    images = list(dict.fromkeys(node.image for node in nodes if getattr(node, "image", None)))
+    pictures = "\n".join(sorted(map(_picture, images)))
+    return SkyIdentity(_hex(pictures), _hex("\n".join(_graph(sky, nodes, images))))
 
 
 def _hex(text: str) -> str:
@@ -56,15 +58,16 @@ def _picture(image: bpy.types.Image) -> str:
     return repr([*told, state and (state.st_size, state.st_mtime_ns)])
 
 
-def _graph(sky: Sky) -> Iterator[str]:
-    if not sky.nodes:
+def _graph(sky: Sky, seen: list[bpy.types.Node], images: list[bpy.types.Image]) -> Iterator[str]:
+    """Lines about the nodes of a sky, and about the frame if it matters."""
+    if not seen:
         yield repr(tuple(sky.world.color))
     wiring = Wiring()
-    nodes = [node for node in sky.nodes if node != sky.mapping and not _only_view(node, wiring)]
+    nodes = [node for node in seen if node != sky.mapping and not _only_view(node, wiring)]
     numbers = {node.as_pointer(): number for number, node in enumerate(nodes)}
     for node in nodes:
         yield repr([node.bl_idname, node.mute, dict(_settings(node)), list(_values(sky, node, numbers, wiring))])
-    if any(image.source in {"MOVIE", "SEQUENCE"} for image in sky.images):
+    if any(image.source in {"MOVIE", "SEQUENCE"} for image in images):
         yield str(bpy.context.scene.frame_current)
 
 
