@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The only owner of `bpy.app.handlers`. What the light follows needs none; these keep pace with what cannot be driven.
+"""The only owner of `bpy.app.handlers`. What the light follows needs none; these keep pace with what cannot be driven, and
+with what panels show.
 
 A sky whose pictures or nodes have changed is projected again, which may take a second. With a window that waits for the
 pause that follows, in a timer; without one, in scripts and background renders, it is done on the spot. While a window
@@ -12,6 +13,7 @@ from __future__ import annotations
 import bpy
 from bpy.app.handlers import persistent
 
+from . import glances
 from .core.errors import PRTError
 from .scene.colour_nodes import PART
 from .scene.light import has_light, windowing_of, write_light
@@ -30,9 +32,11 @@ _busy = False
 @persistent
 def _on_edit(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     """What was edited: base colours that are plain numbers are taken over, and skies looked at."""
+    changed = {update.id.original for update in depsgraph.updates}
+    if any(isinstance(ident, (bpy.types.World, bpy.types.Image, bpy.types.NodeTree)) for ident in changed):
+        glances.forget()
     if _busy:
         return
-    changed = {update.id.original for update in depsgraph.updates}
     for ident in changed:
         if isinstance(ident, bpy.types.Material):
             follow_base_colour(ident)
@@ -47,6 +51,7 @@ def _on_edit(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
 @persistent
 def _on_frame(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     """The same for what is keyframed: changing the frame reports no single updates."""
+    glances.forget()
     if _busy:
         return
     for material in bpy.data.materials:
@@ -108,10 +113,19 @@ def _on_load(_path: str) -> None:
     end_engine()
 
 
+@persistent
+def _on_other_data(_scene: bpy.types.Scene | str) -> None:
+    """Another file is open, or a step was undone: panels look again."""
+    glances.forget()
+
+
 _HANDLERS = (
     (bpy.app.handlers.depsgraph_update_post, _on_edit),
     (bpy.app.handlers.frame_change_post, _on_frame),
     (bpy.app.handlers.load_pre, _on_load),
+    (bpy.app.handlers.load_post, _on_other_data),
+    (bpy.app.handlers.undo_post, _on_other_data),
+    (bpy.app.handlers.redo_post, _on_other_data),
 )
 
 
@@ -123,5 +137,6 @@ def register() -> None:
 def unregister() -> None:
     for handlers, handler in _HANDLERS:
         handlers.remove(handler)
+    glances.unregister()
     if bpy.app.timers.is_registered(_after_pause):
         bpy.app.timers.unregister(_after_pause)

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import bpy
 
+from ..prt_addon.glances import light_glance
 from ..prt_addon.scene import light
-from ..prt_addon.scene.light_state import light_state
 from .tab import Tab, draw_text
 
 _WITH_CUTOFF = {"HANN", "LANCZOS"}
@@ -23,7 +23,7 @@ class PRT_PT_light(Tab, bpy.types.Panel):
         layout = self.layout
         layout.use_property_split = True
         world, settings = context.scene.world, context.scene.prt
-        state = light_state(world)
+        state = light_glance(world).state
         draw_text(context, layout.column(align=True), state.text, "ERROR" if state.stale else "WORLD")
         layout.operator("prt.project_light", icon="WORLD")
         column = layout.column()

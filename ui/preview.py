@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import bpy
 
-from ..prt_addon.scene import light, light_picture
+from ..prt_addon.glances import light_glance
+from ..prt_addon.scene import light
 from .tab import Tab
 
 
@@ -23,12 +24,13 @@ class PRT_PT_light_preview(Tab, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
-        layout.template_icon(icon_value=light_picture.icon(context.scene.world), scale=7.0)
-        kept = light_picture.kept(context.scene.world)
-        column = layout.column(align=True)
-        column.label(text="Energy of the sky kept" if kept.of_sky else "Energy by band")
-        for band, share in enumerate(kept.bands):
-            column.label(text=f"Band {band}: {share:.1%}", icon="BLANK1")
+        glance = light_glance(context.scene.world)
+        layout.template_icon(icon_value=glance.icon, scale=7.0)
+        if glance.kept:
+            column = layout.column(align=True)
+            column.label(text="Energy of the sky kept" if glance.kept.of_sky else "Energy by band")
+            for band, share in enumerate(glance.kept.bands):
+                column.label(text=f"Band {band}: {share:.1%}", icon="BLANK1")
         row = layout.row(align=True)
         row.operator("prt.show_light", text="Picture", icon="IMAGE_DATA").kind = "PICTURE"
         row.operator("prt.show_light", text="Probe", icon="SHADING_RENDERED").kind = "PROBE"

@@ -3,6 +3,9 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Iterator
+from functools import lru_cache
 from typing import Any
 
 import bpy
@@ -29,10 +32,10 @@ class PRT_PT_report(Tab, bpy.types.Panel):
         column.operator("prt.report", icon="VIEWZOOM")
         column.operator("prt.report", text="With Pictures", icon="CAMERA_DATA").parts = set(_NAMES)
         column.operator("prt.report", text="With Heat Map", icon="SHADING_RENDERED").heat_map = True
-        document = report.last_report(context.scene)
-        if document:
-            _draw_numbers(context, self.layout.column(align=True), document)
-            _draw_advice(context, self.layout.column(align=True), document)
+        text = context.scene.get(report.LAST_REPORT)
+        column = self.layout.column(align=True)
+        for line, icon in _lines(text) if isinstance(text, str) else ():
+            draw_text(context, column, line, icon)
 
 
 class PRT_PT_report_settings(Tab, bpy.types.Panel):
@@ -49,21 +52,27 @@ class PRT_PT_report_settings(Tab, bpy.types.Panel):
             column.prop(context.scene.prt.report, name)
 
 
-def _draw_numbers(context: bpy.types.Context, column: bpy.types.UILayout, document: dict[str, Any]) -> None:
+@lru_cache(maxsize=8)
+def _lines(text: str) -> list[tuple[str, str]]:
+    """What a stored report says, each with its icon. Read once, as panels are drawn at every move of the mouse."""
+    try:
+        document = json.loads(text)
+        advice = [(sentence, "RIGHTARROW_THIN") for sentence in [*document.get("stale", []), *advice_lines(document)]]
+        return [(number, "DOT") for number in _numbers(document)] + [(str(line), icon) for line, icon in advice]
+    except (ValueError, KeyError, TypeError, AttributeError):
+        return [("The report that was kept with this scene is damaged: make another.", "ERROR")]
+
+
+def _numbers(document: dict[str, Any]) -> Iterator[str]:
     """The headline of each part, with its interval."""
     measured = document.get("all", {})
     for part, name in (("TOTAL", "Whole error"), *((part, _NAMES[part]) for part in PARTS)):
         if part.lower() in measured:
-            draw_text(context, column, f"{name}: {_interval(measured[part.lower()]['relative_rms'])}", "DOT")
+            yield f"{name}: {_interval(measured[part.lower()]['relative_rms'])}"
     if "end_to_end" in document:
         found = document["end_to_end"]
         flip = "" if found["flip"] is None else f", FLIP {found['flip']:.3f}"
-        draw_text(context, column, f"{_NAMES['END_TO_END']}: {_interval(found['relative_rms'])}{flip}", "DOT")
-
-
-def _draw_advice(context: bpy.types.Context, column: bpy.types.UILayout, document: dict[str, Any]) -> None:
-    for sentence in [*document.get("stale", []), *advice_lines(document)]:
-        draw_text(context, column, sentence, "RIGHTARROW_THIN")
+        yield f"{_NAMES['END_TO_END']}: {_interval(found['relative_rms'])}{flip}"
 
 
 def _interval(number: dict[str, float | None]) -> str:

@@ -8,6 +8,7 @@ Blender that has never heard of this extension. Shaders read all of it with Attr
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -93,9 +94,31 @@ def check_version(world: bpy.types.World) -> None:
     refuse_newer(f"World '{world.name}' was projected", version_of(world.get(RECORD)), LIGHT_VERSION)
 
 
+_KINDS: dict[str, type | tuple[type, ...]] = {
+    "version": int,
+    "graph": str,
+    "pictures": str,
+    "mapping": str,
+    "strength": str,
+    "window": str,
+    "cutoff": (int, float),
+    REPAINTED: str,
+}
+
+
+def read_record(world: bpy.types.World) -> Mapping[str, Any]:
+    """What is noted of a world's light; empty if there is nothing, or not what we write: then it is of unknown origin."""
+    record = world.get(RECORD)
+    if not hasattr(record, "keys"):
+        return {}
+    frames = record.get(FRAMES, (0, 0))
+    fits = all(isinstance(record[name], kind) for name, kind in _KINDS.items() if name in record)
+    return record if fits and not isinstance(frames, str) and hasattr(frames, "__len__") and len(frames) == 2 else {}
+
+
 def windowing_of(world: bpy.types.World) -> Windowing:
     """With what the world's light was windowed."""
-    record = world[RECORD]
+    record = read_record(world)
     return Windowing(record["window"], record["cutoff"])
 
 
@@ -149,12 +172,13 @@ def has_light(world: bpy.types.World | None) -> bool:
 
 def is_projected(world: bpy.types.World) -> bool:
     """Whether the light of a world was made from its own sky, and not read from a file."""
-    return "graph" in world.get(RECORD, {})
+    record = read_record(world)
+    return all(name in record for name in ("graph", "pictures", "mapping", "strength", "window", "cutoff"))
 
 
 def is_keyframed(world: bpy.types.World) -> bool:
     """Whether the light of a world was projected frame by frame, and is left alone until it is projected by hand."""
-    return FRAMES in world.get(RECORD, {})
+    return FRAMES in read_record(world)
 
 
 def why_it_stays(world: bpy.types.World) -> str:
@@ -166,7 +190,7 @@ def why_it_stays(world: bpy.types.World) -> str:
 
 def followed(world: bpy.types.World) -> Followed:
     """The sockets that turn and scale the light of a world."""
-    record, tree = world.get(RECORD), world.node_tree
+    record, tree = read_record(world), world.node_tree
     if not record or not tree:
         return Followed(None, None)
     mapping, holder = (tree.nodes.get(record.get(key, "")) for key in ("mapping", "strength"))

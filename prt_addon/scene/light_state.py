@@ -9,7 +9,7 @@ from typing import Any
 import bpy
 
 from ..core.errors import PRTError
-from .light import FRAMES, RECORD, REPAINTED, has_light, is_keyframed, is_projected
+from .light import FRAMES, RECORD, REPAINTED, has_light, is_keyframed, is_projected, read_record
 from .sky import Sky, read_world
 from .sky_identity import identity
 
@@ -36,7 +36,7 @@ def light_state(world: Any) -> LightState:
         return LightState(False, "No light yet: project the world")
     if not is_projected(world.original):
         return LightState(False, "Light was imported: it follows no nodes")
-    record = world.original[RECORD]
+    record = read_record(world.original)
     if is_keyframed(world.original):
         return LightState(False, "Light is keyframed, frames {} to {}".format(*record[FRAMES]))
     try:

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass, fields
 from functools import cached_property
-from typing import Any
+from typing import Any, get_args
 
 import bpy
 import numpy as np
@@ -20,7 +20,7 @@ import numpy.typing as npt
 from ..core import sh
 from ..core.albedo import TexturePatch
 from ..core.digest import digest
-from ..core.problem import BakeSettings
+from ..core.problem import BakeSettings, Mode
 from .albedo import SurfaceAlbedo
 from .meshes import face_starts
 from .versions import refuse_newer, version_of
@@ -201,17 +201,40 @@ def read_record(mesh: bpy.types.Mesh) -> BakeRecord | None:
     stored = mesh.get(RECORD)
     if stored is None:
         return None
+    try:
+        return _record(stored)
+    except (KeyError, TypeError, ValueError, AttributeError):  # written by a person, or another program
+        return BakeRecord(BakeSettings(), "SCENE")
+
+
+def _record(stored: Any) -> BakeRecord:
     version = version_of(stored)
     if not 0 < version <= FORMAT_VERSION:
         return BakeRecord(BakeSettings(), "SCENE", version)
-    names = {field.name for field in fields(BakeSettings)}
-    settings = BakeSettings(**{name: stored[name] for name in names if name in stored})
+    settings = BakeSettings(
+        **{
+            field.name: _like(field.default, stored[field.name])
+            for field in fields(BakeSettings)
+            if field.name in stored
+        }
+    )
     space = stored.get("space", "SCENE")
+    if settings.mode not in get_args(Mode) or space not in {"SCENE", "OBJECT"}:
+        raise ValueError("an unknown mode or space")
     found = stored.get(_FINGERPRINT)
     if version != FORMAT_VERSION or found is None:
         return BakeRecord(settings, space, version)
-    fingerprint = Fingerprint(found["geometry"], tuple(found["transform"]), found["others"], found["colours"])
-    return BakeRecord(settings, space, version, tuple(stored["elements"]), fingerprint)
+    fingerprint = Fingerprint(
+        str(found["geometry"]), tuple(map(float, found["transform"])), str(found["others"]), str(found["colours"])
+    )
+    return BakeRecord(settings, space, version, tuple(map(int, stored["elements"])), fingerprint)
+
+
+def _like(example: Any, value: Any) -> Any:
+    """A value, if it is of the kind of another."""
+    if isinstance(value, bool) or not isinstance(value, (int, float) if isinstance(example, float) else type(example)):
+        raise TypeError(f"{value!r} is not of the kind of {example!r}")
+    return value
 
 
 def _normal_sources(mesh: bpy.types.Mesh) -> Iterator[bytes | Array]:

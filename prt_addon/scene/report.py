@@ -126,12 +126,6 @@ def keep(scene: bpy.types.Scene, document: dict[str, Any]) -> None:
     scene[LAST_REPORT] = json.dumps(document)
 
 
-def last_report(scene: bpy.types.Scene) -> dict[str, Any] | None:
-    """The latest report of a scene."""
-    text = scene.get(LAST_REPORT)
-    return json.loads(text) if isinstance(text, str) else None
-
-
 def forget_all() -> None:
     """Drop the reports of all scenes."""
     for scene in bpy.data.scenes:

@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What panels show of the light: looked up when something has changed, and not at each redraw.
+
+With a window it is looked up by a timer, between two redraws; without one, whenever it is asked for. `handlers` says when
+it has to be looked up again.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import bpy
+
+from .core.errors import PRTError
+from .scene import light_picture
+from .scene.light import has_light
+from .scene.light_state import LightState, light_state
+
+_DAMAGED = (KeyError, TypeError, ValueError, AttributeError, IndexError)
+"""What properties raise that another program, or a person, has written."""
+
+
+@dataclass(frozen=True)
+class LightGlance:
+    """What there is to see of a world's light.
+
+    icon: identifier of a small picture of it; 0 for none.
+    kept: how its energy is spread; None if that cannot be told.
+    """
+
+    state: LightState
+    icon: int = 0
+    kept: light_picture.Kept | None = None
+
+
+_NOT_YET = LightGlance(LightState(False, "Looking at the world"))
+_known: dict[int, LightGlance] = {}
+"""By the session's identifier of a world; what has changed since stays until it is looked up again."""
+_outdated: set[int] = set()
+
+
+def light_glance(world: bpy.types.World | None) -> LightGlance:
+    """What to draw of a world's light; never raises, whatever the world holds."""
+    if world is None or bpy.app.background:
+        return _look(world)
+    uid = world.session_uid
+    if (uid not in _known or uid in _outdated) and not bpy.app.timers.is_registered(_look_again):
+        _outdated.add(uid)
+        bpy.app.timers.register(_look_again, first_interval=0.0)
+    return _known.get(uid, _NOT_YET)
+
+
+def forget() -> None:
+    """Worlds may have changed: look again before they are drawn."""
+    _outdated.update(_known)
+
+
+def unregister() -> None:
+    """Stop the timer, and drop all that is known."""
+    if bpy.app.timers.is_registered(_look_again):
+        bpy.app.timers.unregister(_look_again)
+    _known.clear()
+    _outdated.clear()
+
+
+def _look_again() -> None:
+    for world in bpy.data.worlds:
+        if world.session_uid in _outdated:
+            _known[world.session_uid] = _look(world)
+    _outdated.clear()
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "VIEW_3D":
+                area.tag_redraw()
+
+
+def _look(world: bpy.types.World | None) -> LightGlance:
+    try:
+        state = light_state(world)
+        if not has_light(world):
+            return LightGlance(state)
+        return LightGlance(state, light_picture.icon(world), light_picture.kept(world))
+    except PRTError as error:
+        return LightGlance(LightState(True, str(error)))
+    except _DAMAGED:
+        return LightGlance(LightState(True, "The light of this world is damaged: project the world"))
