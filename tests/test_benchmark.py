@@ -17,7 +17,9 @@ TOOL = Path(__file__).parent.parent / "tools" / "bench"
 def results(tmp_path_factory):
     """All results, and the table under `table`. In a process of its own: it enables the extension itself."""
     folder = tmp_path_factory.mktemp("bench")
-    subprocess.run([sys.executable, TOOL, "--quick", "--output", folder], check=True, capture_output=True)
+    line = [sys.executable, TOOL, "--quick", "--output", folder]
+    done = subprocess.run(line, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    assert done.returncode == 0, done.stdout
     return {**json.loads((folder / "results.json").read_text()), "table": (folder / "benchmark.md").read_text()}
 
 

@@ -49,7 +49,14 @@ def rms(values):
     return np.sqrt(np.mean(np.square(values)))
 
 
-@pytest.mark.parametrize("where", PLACES, ids=["plain", "scaled", "mirrored"])
+@pytest.mark.parametrize(
+    "where",
+    [
+        pytest.param(PLACES[0], id="plain"),
+        pytest.param(PLACES[1], id="scaled", marks=pytest.mark.slow),
+        pytest.param(PLACES[2], id="mirrored", marks=pytest.mark.slow),
+    ],
+)
 def test_turning_equals_baking_again(blender, scene, stage, tmp_path, where):
     """EEVEE's pixels: own axes, turned after the bake, against the world's axes, baked after the turn.
 

@@ -7,6 +7,7 @@ from math import pi
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 ROTATIONS = [(0.0, 0.0, 0.0), (0.0, 0.0, 1.1), (0.7, 0.0, 0.0), (0.4, -0.9, 2.3), (pi, 0.2, -1.0)]
 
@@ -65,6 +66,7 @@ def test_eevee_equals_numpy(blender, part, scene, stage, tmp_path):
         assert error.max() < 3e-3, f"rotation {rotation}: {error.max():.1e}"
 
 
+@pytest.mark.slow
 def test_flat_faces_equal_numpy(blender, part, scene, stage, tmp_path):
     """A flat-shaded mesh keeps its facets: transport on face corners."""
     stage.object_of("Facets", stage.icosphere(1, smooth=False), stage.diffuse())
@@ -95,6 +97,7 @@ def test_direction_agrees_with_cycles(blender, scene, stage, tmp_path):
         assert np.abs(error.mean(axis=0) / truth[inside][:, :3].mean(axis=0)).max() < 5e-3
 
 
+@pytest.mark.slow
 def test_constant_sky_shows_its_radiance(blender, scene, stage, tmp_path):
     """White plane, open, radiance c: it shows c."""
     stage.object_of("Ground", stage.grid(), stage.diffuse(colour=(1.0, 1.0, 1.0)))

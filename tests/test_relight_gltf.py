@@ -60,6 +60,7 @@ def sky(stage, strength=1.5):
     mapping.inputs["Rotation"].default_value = (0.4, -0.9, 2.3)
 
 
+@pytest.mark.slow
 def test_every_pixel_of_eevee(blender, part, scene, stage, shaded, tmp_path):
     """A floor whose vertices are the camera's pixels and a ring more, under a roof just out of sight: the same colours within 1e-3."""
     pixels = 32

@@ -45,6 +45,7 @@ def test_picture_is_put_where_it_can_be_seen(blender, sky, capfd):
     assert area.spaces.active.image == blender.data.images["PRT Light of Sky"]
 
 
+@pytest.mark.slow
 def test_picture_of_any_nodes(blender, part, scene, stage, tmp_path):
     """A gradient, which only Blender can evaluate, is on the left as Cycles shows it."""
     import panorama
