@@ -7,8 +7,9 @@ from typing import Any
 import bpy
 from bpy.props import BoolProperty
 
-from ..prt_addon.core.pieces import PieceFolder
+from ..prt_addon.core.bake.shards import PieceFolder
 from ..prt_addon.core.problem import TraceKey
+from ..prt_addon.scene.bake.whole_bake import WholeBake
 from ..prt_addon.scene.preferences import engine_patience
 from ..prt_addon.scene.settings import (
     BakeProperties,
@@ -21,7 +22,6 @@ from ..prt_addon.scene.settings import (
     run_settings,
     windowing,
 )
-from ..prt_addon.scene.whole_bake import WholeBake
 from ..prt_addon.worker.job import Job, bake_job
 from .job import JobOperator
 

@@ -7,8 +7,8 @@ import bpy
 from bpy.props import BoolProperty
 
 from ..prt_addon.core.errors import MeshError
-from ..prt_addon.scene import gather
-from ..prt_addon.scene.freshness import freshness
+from ..prt_addon.scene.bake import gather
+from ..prt_addon.scene.bake.freshness import freshness
 from ..prt_addon.scene.settings import BakeProperties, bake_settings
 from .reporting import reports_errors
 

@@ -4,9 +4,10 @@
 import bpy
 from bpy.props import EnumProperty, IntProperty
 
-from ..prt_addon.core.cubemap import FACES, project_cubemap, to_equirect, with_light
-from ..prt_addon.scene import cubemap, light, projection, sky
+from ..prt_addon.core.sky.cube_map import FACES, project_cubemap, to_equirect, with_light
+from ..prt_addon.scene.light import light
 from ..prt_addon.scene.settings import LightProperties, windowing
+from ..prt_addon.scene.sky import cube_maps, projection, sky
 from .folder import FolderBrowser, folder_property
 from .reporting import reports_errors
 
@@ -46,11 +47,11 @@ class PRT_OT_import_cubemap(FolderBrowser, LightProperties, bpy.types.Operator):
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
         folder = self._folder()
-        faces = cubemap.read_faces(folder, self.table)
+        faces = cube_maps.read_faces(folder, self.table)
         whole = project_cubemap(faces, self.table)
         size = len(faces[FACES[0]])
         picture = to_equirect(faces, self.table, min(2 * size, self.max_height))
-        world = cubemap.set_up_world(context.scene, folder.name or "Cube Map", with_light(picture, whole))
+        world = cube_maps.set_up_world(context.scene, folder.name or "Cube Map", with_light(picture, whole))
         here = sky.read_sky(context.scene)
         by = f"Six faces of {size} x {size} texels light the scene as world '{world.name}'"
         projected = projection.projected(here, whole, by, windowing(context.scene, self))

@@ -4,9 +4,11 @@
 import bpy
 
 from ..prt_addon.core.errors import LightError, MeshError
-from ..prt_addon.scene import freshness, gather, interchange, shading
-from ..prt_addon.scene.modes import object_mode
-from ..prt_addon.scene.prepare import check_bakeable
+from ..prt_addon.scene.bake import freshness, gather
+from ..prt_addon.scene.bake.prepare import check_bakeable
+from ..prt_addon.scene.blender.modes import object_mode
+from ..prt_addon.scene.export import games202 as interchange
+from ..prt_addon.scene.shading import shading
 from .folder import FolderBrowser, folder_property
 from .reporting import reports_errors
 

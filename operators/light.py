@@ -4,8 +4,9 @@
 import bpy
 from bpy.props import IntProperty
 
-from ..prt_addon.scene import light, light_animation, projection, sky
+from ..prt_addon.scene.light import keyframes, light
 from ..prt_addon.scene.settings import LightProperties, windowing
+from ..prt_addon.scene.sky import projection, sky
 from .progress import counted
 from .reporting import reports_errors
 
@@ -57,8 +58,8 @@ class PRT_OT_keyframe_light(LightProperties, bpy.types.Operator):
         scene, given = context.scene, self.properties.is_property_set
         first = self.frame_start if given("frame_start") else scene.frame_start
         last = self.frame_end if given("frame_end") else scene.frame_end
-        frames = light_animation.keyframes(first, last, self.step)
-        light_animation.keyframe(scene, frames, windowing(scene, self), counted)
+        frames = keyframes.keyframes(first, last, self.step)
+        keyframes.keyframe(scene, frames, windowing(scene, self), counted)
         self.report({"INFO"}, f"Keyframed the light of world '{scene.world.name}' at {len(frames)} frame(s).")
         return {"FINISHED"}
 

@@ -5,7 +5,9 @@ import bpy
 from bpy.props import EnumProperty
 
 from ..prt_addon.core.errors import LightError
-from ..prt_addon.scene import light, light_picture, probe
+from ..prt_addon.scene.light import light
+from ..prt_addon.scene.light import picture as light_picture
+from ..prt_addon.scene.shading import probe
 from .reporting import reports_errors
 
 KINDS = [

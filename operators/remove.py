@@ -5,8 +5,12 @@ from __future__ import annotations
 
 import bpy
 
-from ..prt_addon.scene import compare, gather, heat_map, light, probe, report, shading, transport_layers
-from ..prt_addon.scene.modes import object_mode
+from ..prt_addon.scene.bake import gather
+from ..prt_addon.scene.blender.modes import object_mode
+from ..prt_addon.scene.light import light
+from ..prt_addon.scene.mesh import heat_map, layers
+from ..prt_addon.scene.report import compare, report
+from ..prt_addon.scene.shading import probe, shading
 from .reporting import reports_errors
 
 
@@ -21,16 +25,14 @@ class PRT_OT_remove(bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         objects = gather.selected_meshes(context) or list(filter(gather.is_subject, context.scene.objects))
         for ob in objects:
-            transport_layers.check_removable(ob)
+            layers.check_removable(ob)
         shading.check_relit_materials(objects)
         with object_mode(context):
             for ob in objects:
-                transport_layers.remove(ob.data)
+                layers.remove(ob.data)
                 heat_map.remove(ob.data)
         shading.remove_shading(objects)
-        if not any(
-            mesh.users and transport_layers.is_baked(mesh) and not probe.is_probe(mesh) for mesh in bpy.data.meshes
-        ):
+        if not any(mesh.users and layers.is_baked(mesh) and not probe.is_probe(mesh) for mesh in bpy.data.meshes):
             probe.remove_probes()
             light.remove_lights()
             report.forget_all()

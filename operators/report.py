@@ -12,10 +12,11 @@ from bpy.props import BoolProperty, EnumProperty, StringProperty
 from ..prt_addon.core.monitor import Work
 from ..prt_addon.core.report.document import PARTS, VERSION, advice_lines, picture_report, surface_report
 from ..prt_addon.core.report.findings import Effort
-from ..prt_addon.scene import compare, heat_map, report
-from ..prt_addon.scene.freshness import freshness
-from ..prt_addon.scene.modes import Place, found_again, object_mode
+from ..prt_addon.scene.bake.freshness import freshness
+from ..prt_addon.scene.blender.modes import Place, found_again, object_mode
+from ..prt_addon.scene.mesh import heat_map
 from ..prt_addon.scene.preferences import engine_patience
+from ..prt_addon.scene.report import compare, report
 from ..prt_addon.scene.settings import REPORT_PARTS, ReportProperties, absolute_path, report_settings
 from ..prt_addon.worker import tasks
 from ..prt_addon.worker.job import Job

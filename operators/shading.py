@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import bpy
 
-from ..prt_addon.scene import gather, shading
+from ..prt_addon.scene.bake import gather
+from ..prt_addon.scene.shading import shading
 from .reporting import reports_errors
 
 

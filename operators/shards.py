@@ -7,20 +7,14 @@ from typing import TYPE_CHECKING, Any
 import bpy
 from bpy.props import IntProperty
 
+from ..prt_addon.core.bake.run import PLAINLY
+from ..prt_addon.core.bake.shards import PieceFolder, Shard
 from ..prt_addon.core.errors import ShardError
 from ..prt_addon.core.monitor import Work
-from ..prt_addon.core.pieces import PieceFolder, Shard
 from ..prt_addon.core.problem import TraceKey
-from ..prt_addon.core.run import PLAINLY
+from ..prt_addon.scene.bake.whole_bake import WholeBake
 from ..prt_addon.scene.preferences import engine_patience
-from ..prt_addon.scene.settings import (
-    BakeProperties,
-    MemoryProperties,
-    PrepareProperties,
-    bake_settings,
-    preparation,
-)
-from ..prt_addon.scene.whole_bake import WholeBake
+from ..prt_addon.scene.settings import BakeProperties, MemoryProperties, PrepareProperties, bake_settings, preparation
 from ..prt_addon.worker import tasks
 from ..prt_addon.worker.job import Job
 from .bake import WholeBakeOperator

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import bpy
 
 from .core.errors import PRTError
-from .scene import light_picture
-from .scene.light import has_light
-from .scene.light_state import LightState, light_state
+from .scene.light import picture as light_picture
+from .scene.light.light import has_light
+from .scene.light.state import LightState, light_state
 
 _DAMAGED = (KeyError, TypeError, ValueError, AttributeError, IndexError)
 """What properties raise that another program, or a person, has written."""

@@ -15,12 +15,12 @@ from bpy.app.handlers import persistent
 
 from . import glances
 from .core.errors import PRTError
-from .scene.colour_nodes import PART
-from .scene.light import has_light, windowing_of, write_light
-from .scene.light_state import light_state, note_repainted
-from .scene.projection import project
-from .scene.shading import follow_base_colour, follow_group
-from .scene.sky import read_world
+from .scene.light.light import has_light, windowing_of, write_light
+from .scene.light.state import light_state, note_repainted
+from .scene.material.colour_nodes import PART
+from .scene.shading.shading import follow_base_colour, follow_group
+from .scene.sky.projection import project
+from .scene.sky.sky import read_world
 from .worker.job import end_engine, running_job
 
 _PAUSE = 0.2

@@ -37,7 +37,7 @@ def bake():
 def long_job():
     """A bake that runs until it is stopped."""
     part = sys.modules[f"{headless.PACKAGE}.prt_addon.worker.job"]
-    gather = sys.modules[f"{headless.PACKAGE}.prt_addon.scene.gather"]
+    gather = sys.modules[f"{headless.PACKAGE}.prt_addon.scene.bake.gather"]
     settings = sys.modules[f"{headless.PACKAGE}.prt_addon.core.problem"].BakeSettings(samples=1 << 18)
     job = part.bake_job(gather.gather(bpy.context, [bpy.data.objects["Ball"]], settings).problem)
     job.start()

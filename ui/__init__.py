@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import bpy
 
-from ..prt_addon.scene import light_picture
+from ..prt_addon.scene.light import picture as light_picture
 from . import bake, files, light, menu, presets, preview, report, shading
 
 CLASSES = (

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import bpy
 
-from ..prt_addon.core import raycast
-from ..prt_addon.scene import gather
+from ..prt_addon.core.transport import raycast
+from ..prt_addon.scene.bake import gather
 from ..prt_addon.worker.job import running_job
 from .presets import PRT_PT_bake_presets
 from .tab import Tab, draw_text

@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 
 from ..prt_addon.glances import light_glance
-from ..prt_addon.scene import light
+from ..prt_addon.scene.light import light
 from .tab import Tab
 
 

@@ -12,7 +12,7 @@ import bpy
 
 from ..prt_addon.core.report.document import PARTS, advice_lines
 from ..prt_addon.core.report.measures import percent
-from ..prt_addon.scene import report
+from ..prt_addon.scene.report import report
 from ..prt_addon.scene.settings import REPORT_PARTS, ReportProperties
 from .tab import Tab, draw_text
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import bpy
 
-from ..prt_addon.scene import freshness
+from ..prt_addon.scene.bake import freshness
 from .tab import Tab, draw_text
 
 

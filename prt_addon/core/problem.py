@@ -11,9 +11,9 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from .albedo import Albedo
 from .digest import digest
 from .monitor import Work
+from .surface import Albedo
 
 Float64 = npt.NDArray[np.float64]
 

@@ -8,12 +8,11 @@ from typing import Any
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
+from ..core.bake.run import MEMORY, Run
 from ..core.errors import PRTError
 from ..core.problem import BakeSettings
-from ..core.run import MEMORY, Run
-from ..core.sh import ORDER
-from .prepare import Preparation
-from .projection import Windowing
+from ..core.sphere.sh import ORDER
+from .sky.projection import Windowing
 
 _MIB = 1 << 20
 
@@ -65,6 +64,18 @@ class BakeProperties:
     seed: IntProperty(  # type: ignore[valid-type]
         name="Seed", description="Another seed gives another, equally good, pattern of noise", default=0, min=0
     )
+
+
+@dataclass(frozen=True)
+class Preparation:
+    """What a bake may do to meshes that cannot hold its result.
+
+    make_single_user: give objects that share a mesh a copy each.
+    apply_modifiers: apply modifiers that change the topology, on a copy of the mesh.
+    """
+
+    make_single_user: bool = False
+    apply_modifiers: bool = False
 
 
 class PrepareProperties:

@@ -11,11 +11,11 @@ from collections import deque
 from collections.abc import Callable
 from typing import Any, Generic, TypeVar
 
-from ..core.bake import BakeResult
+from ..core.bake.bake import BakeResult
+from ..core.bake.run import PLAINLY, Run
 from ..core.errors import CANCELLED, Cancelled, EngineError, PRTError
 from ..core.monitor import Work
 from ..core.problem import BakeProblem
-from ..core.run import PLAINLY, Run
 from . import serve, tasks
 from .engine import Engine
 

@@ -17,10 +17,10 @@ from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
 from typing import Any, NoReturn
 
+from ..core.bake.cache import KeptTraces
+from ..core.bake.run import Run
 from ..core.errors import CANCELLED, Cancelled, EngineError, NoRoom, PRTError
-from ..core.kept import KeptTraces
 from ..core.monitor import Monitor, Work
-from ..core.run import Run
 from ..core.workers import Workers
 from .channel import Channel
 

@@ -9,15 +9,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from ..core import bake as core_bake
-from ..core.bake import BakeResult
+from ..core.bake import bake as core_bake
+from ..core.bake.bake import BakeResult
+from ..core.bake.run import Run
+from ..core.bake.shards import Shard
 from ..core.monitor import Monitor, Work
-from ..core.pieces import Shard
 from ..core.problem import BakeProblem
 from ..core.report.findings import Effort, Findings, find
 from ..core.report.heat import receiver_errors
 from ..core.report.subject import Light, Subject
-from ..core.run import Run
 
 Float64 = npt.NDArray[np.float64]
 

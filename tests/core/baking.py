@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Bakes of one island, told in few words; a monitor that notes what it sees."""
 
-from prt_addon.core import bake as engine
-from prt_addon.core.casting import trace_island
+from prt_addon.core.bake import bake as engine
+from prt_addon.core.bake.run import PLAINLY
+from prt_addon.core.bake.trace import trace_island
 from prt_addon.core.monitor import Monitor, Work
 from prt_addon.core.problem import BakeProblem, Island
-from prt_addon.core.run import PLAINLY
 
 
 def bake(groups, occluders, settings, run=PLAINLY):

@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from prt_addon.core.albedo import Albedo, CornerColours, TexturePatch
-from prt_addon.core.gather import Gather
-from prt_addon.core.hits import trace
 from prt_addon.core.problem import BakeSettings, Occluders, ReceiverGroup
-from prt_addon.core.raycast import RayScene
-from prt_addon.core.transport import Receivers
+from prt_addon.core.surface import Albedo, CornerColours, TexturePatch
+from prt_addon.core.transport.direct import Receivers
+from prt_addon.core.transport.gather import Gather
+from prt_addon.core.transport.hits import trace
+from prt_addon.core.transport.raycast import RayScene
 
 SETTINGS = BakeSettings("INTERREFLECTED", samples=64, seed=3)
 

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from prt_addon.core.albedo import Albedo, CornerColours, TexturePatch
+from prt_addon.core.surface import Albedo, CornerColours, TexturePatch
 
 UNIT_UV = np.array([[[0, 0], [1, 0], [0, 1]]], dtype=np.float32)  # barycentrics (u, v) are the picture's own
 RAMP = np.stack(np.broadcast_arrays(np.arange(4)[None, :] / 4, np.arange(2)[:, None] / 2, 0.25), -1).astype(np.float32)

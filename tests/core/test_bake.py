@@ -4,11 +4,11 @@
 import numpy as np
 import pytest
 
-from prt_addon.core import raycast
+from prt_addon.core.bake.run import Run
 from prt_addon.core.errors import Cancelled, MeshError, RayCasterMissing
 from prt_addon.core.monitor import Work
 from prt_addon.core.problem import BakeProblem, BakeSettings, Occluders, ReceiverGroup
-from prt_addon.core.run import Run
+from prt_addon.core.transport import raycast
 from prt_addon.core.workers import Workers
 from tests.core import shapes
 from tests.core.baking import Noting, bake

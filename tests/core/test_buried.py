@@ -6,14 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from prt_addon.core import bake as engine
-from prt_addon.core import buried as buried_module
-from prt_addon.core import transport as transport_module
-from prt_addon.core.albedo import Albedo
-from prt_addon.core.bake import bounce
-from prt_addon.core.buried import Fill
+from prt_addon.core.bake import bake as engine
+from prt_addon.core.bake.bake import bounce
+from prt_addon.core.bake.run import Run
 from prt_addon.core.problem import BakeProblem, BakeSettings, Occluders, ReceiverGroup
-from prt_addon.core.run import Run
+from prt_addon.core.surface import Albedo
+from prt_addon.core.transport import direct as transport_module
+from prt_addon.core.transport import inside as buried_module
+from prt_addon.core.transport.inside import Fill
 from prt_addon.core.workers import Workers
 from tests.core import shapes
 from tests.core.baking import Noting, bake, trace_all

@@ -4,8 +4,9 @@
 import numpy as np
 import pytest
 
-from prt_addon.core import cubemap, envmap
 from prt_addon.core.errors import PictureError
+from prt_addon.core.sky import cube_map
+from prt_addon.core.sky import projection as envmap
 from tests.core.references import order2, random_directions, sphere_quadrature
 
 # The two tables as published, u right and v down, in a Y-up world: the OpenGL specification's, solved for the
@@ -27,7 +28,7 @@ GAMES202 = {
     "negz": lambda u, v: (u, -v, 1),
 }
 TABLES = {"OPENGL": OPENGL, "GAMES202": GAMES202}
-EVERY_FACE = [(table, face) for table in TABLES for face in cubemap.FACES]
+EVERY_FACE = [(table, face) for table in TABLES for face in cube_map.FACES]
 
 
 def seen(table, face, u, v):
@@ -37,25 +38,25 @@ def seen(table, face, u, v):
 
 
 def black(size):
-    return {face: np.zeros((size, size, 3), dtype=np.float32) for face in cubemap.FACES}
+    return {face: np.zeros((size, size, 3), dtype=np.float32) for face in cube_map.FACES}
 
 
 def random_cube(size, seed=5):
     """Texels of a wide range, as in photographs."""
     random = np.random.default_rng(seed)
-    return {face: random.exponential(size=(size, size, 3)).astype(np.float32) ** 3 for face in cubemap.FACES}
+    return {face: random.exponential(size=(size, size, 3)).astype(np.float32) ** 3 for face in cube_map.FACES}
 
 
 def smooth_cube(size, table, light):
     """Each texel shows the order-2 light (9, 3) at its middle."""
     u = (2 * np.arange(size) + 1) / size - 1
-    return {face: (order2(seen(table, face, u, u[:, None])) @ light).astype(np.float32) for face in cubemap.FACES}
+    return {face: (order2(seen(table, face, u, u[:, None])) @ light).astype(np.float32) for face in cube_map.FACES}
 
 
 @pytest.mark.parametrize("size", [1, 2, 7, 64])
 def test_solid_angles_cover_the_sphere(size):
     """Six faces are a sphere; a texel is the integral of its part of the face, by quadrature."""
-    angles = cubemap.solid_angles(size)
+    angles = cube_map.solid_angles(size)
     assert angles.shape == (size, size)
     assert np.isclose(6 * angles.sum(), 4 * np.pi, rtol=1e-13)
     node, weight = np.polynomial.legendre.leggauss(20)
@@ -67,7 +68,7 @@ def test_solid_angles_cover_the_sphere(size):
 
 def test_solid_angles_of_some_rows():
     """A part is the part of the whole."""
-    assert np.array_equal(cubemap.solid_angles(9, slice(3, 5)), cubemap.solid_angles(9)[3:5])
+    assert np.array_equal(cube_map.solid_angles(9, slice(3, 5)), cube_map.solid_angles(9)[3:5])
 
 
 @pytest.mark.parametrize("table", TABLES)
@@ -75,7 +76,7 @@ def test_solid_angles_of_some_rows():
 def test_constant_cube(table, size):
     """L_0 = c sqrt(4pi) and nothing else, at any size: the cube's symmetry leaves nothing in bands 1 and 2."""
     faces = [np.full((size, size, 3), (1, 2, 7.25), dtype=np.float32)] * 6
-    light = cubemap.project_cubemap(faces, table)
+    light = cube_map.project_cubemap(faces, table)
     assert np.allclose(light[0], np.sqrt(4 * np.pi) * np.array([1, 2, 7.25]), rtol=1e-13)
     assert np.allclose(light[1:], 0, atol=1e-12)
 
@@ -86,38 +87,38 @@ def test_hot_texel_lands_where_the_table_says(table, face):
     size, row, column = 32, 3, 22
     faces = black(size)
     faces[face][row, column] = (1000, 500, 250)
-    light = cubemap.project_cubemap(faces, table)
+    light = cube_map.project_cubemap(faces, table)
     direction = seen(table, face, (2 * column + 1) / size - 1, (2 * row + 1) / size - 1)
-    radiance = np.outer(order2(direction), (1000, 500, 250)) * cubemap.solid_angles(size)[row, column]
+    radiance = np.outer(order2(direction), (1000, 500, 250)) * cube_map.solid_angles(size)[row, column]
     assert np.allclose(light, radiance, rtol=0, atol=1e-12)
 
 
 @pytest.mark.parametrize("table", TABLES)
 def test_every_texel_by_hand(table):
     """One basis for six faces is the plain sum over all texels."""
-    faces, angles, light = random_cube(6), cubemap.solid_angles(6), np.zeros((9, 3))
+    faces, angles, light = random_cube(6), cube_map.solid_angles(6), np.zeros((9, 3))
     for face, row, column in ((f, r, c) for f in faces for r in range(6) for c in range(6)):
         direction = seen(table, face, (2 * column + 1) / 6 - 1, (2 * row + 1) / 6 - 1)
         light += np.outer(order2(direction) * angles[row, column], faces[face][row, column])
-    assert np.allclose(cubemap.project_cubemap(faces, table), light, rtol=0, atol=1e-12)
-    assert np.allclose(cubemap.project_cubemap(list(faces.values()), table), light, rtol=0, atol=1e-12)
-    assert np.allclose(cubemap.project_cubemap(faces, table, 8)[:9], light, rtol=0, atol=1e-12)
+    assert np.allclose(cube_map.project_cubemap(faces, table), light, rtol=0, atol=1e-12)
+    assert np.allclose(cube_map.project_cubemap(list(faces.values()), table), light, rtol=0, atol=1e-12)
+    assert np.allclose(cube_map.project_cubemap(faces, table, 8)[:9], light, rtol=0, atol=1e-12)
 
 
 @pytest.mark.parametrize("texels", [1, 40, 1 << 20])
 def test_rows_at_a_time_do_not_matter(monkeypatch, texels):
     """How much memory is used must change neither the light nor the picture."""
     faces = random_cube(17)
-    light, picture = cubemap.project_cubemap(faces), cubemap.to_equirect(faces)
-    monkeypatch.setattr(cubemap, "_TEXELS_AT_A_TIME", texels)
-    assert np.allclose(cubemap.project_cubemap(faces), light, rtol=1e-12, atol=1e-12)
-    assert np.allclose(cubemap.to_equirect(faces), picture, rtol=1e-6, atol=0)
+    light, picture = cube_map.project_cubemap(faces), cube_map.to_equirect(faces)
+    monkeypatch.setattr(cube_map, "_TEXELS_AT_A_TIME", texels)
+    assert np.allclose(cube_map.project_cubemap(faces), light, rtol=1e-12, atol=1e-12)
+    assert np.allclose(cube_map.to_equirect(faces), picture, rtol=1e-6, atol=0)
 
 
 def test_sums_are_float64():
     """In float32, millions of small texels drift by percents."""
     faces = [np.full((1024, 1024, 3), 0.1, dtype=np.float32)] * 6
-    light = cubemap.project_cubemap(faces)
+    light = cube_map.project_cubemap(faces)
     assert np.allclose(light[0], np.float64(np.float32(0.1)) * np.sqrt(4 * np.pi), rtol=1e-12)
 
 
@@ -126,7 +127,7 @@ def test_sums_are_float64():
 def test_projection_of_a_known_light(table, size):
     """An order-2 sky comes back; texels that stand at their middle leave an error of 1 / N**2."""
     light = np.random.default_rng(9).normal(size=(9, 3))
-    projected = cubemap.project_cubemap(smooth_cube(size, table, light), table)
+    projected = cube_map.project_cubemap(smooth_cube(size, table, light), table)
     assert np.abs(projected - light).max() < 2 / size**2 * np.abs(light).max()
 
 
@@ -136,9 +137,9 @@ def test_equirect_shows_the_same_light(table, size):
     """The Blender world made from a cube map is lit as the cube map is, within 3 / N**2 for a smooth sky."""
     light = np.random.default_rng(10).normal(size=(9, 3))
     faces = smooth_cube(size, table, light)
-    picture = cubemap.to_equirect(faces, table)
+    picture = cube_map.to_equirect(faces, table)
     assert picture.shape == (2 * size, 4 * size, 3) and picture.dtype == np.float32
-    error = np.abs(envmap.project_equirect(picture) - cubemap.project_cubemap(faces, table)).max()
+    error = np.abs(envmap.project_equirect(picture) - cube_map.project_cubemap(faces, table)).max()
     assert error < 3 / size**2 * np.abs(light).max()
 
 
@@ -146,8 +147,8 @@ def test_equirect_shows_the_same_light(table, size):
 def test_equirect_of_noise(table):
     """The worst case, texels that have nothing to do with each other: within 2 % of the mean light at 64."""
     faces = random_cube(64)
-    light = cubemap.project_cubemap(faces, table)
-    shown = envmap.project_equirect(cubemap.to_equirect(faces, table))
+    light = cube_map.project_cubemap(faces, table)
+    shown = envmap.project_equirect(cube_map.to_equirect(faces, table))
     assert np.abs(shown - light).max() < 0.02 * light[0].max()
 
 
@@ -155,10 +156,10 @@ def test_equirect_of_noise(table):
 def test_equirect_shows_each_face_where_it_is(table, face):
     """Blender's lookup formula, along the table's direction, finds the texel's colour."""
     size, height = 8, 512
-    faces = {name: np.full((size, size, 3), 9, dtype=np.float32) for name in cubemap.FACES}
+    faces = {name: np.full((size, size, 3), 9, dtype=np.float32) for name in cube_map.FACES}
     ramp = np.arange(size, dtype=np.float32)
     faces[face][...] = np.stack([*np.broadcast_arrays(ramp, ramp[:, None]), np.zeros((size, size))], axis=-1)
-    picture = cubemap.to_equirect(faces, table, height)
+    picture = cube_map.to_equirect(faces, table, height)
     for column, row in ((1, 2), (6, 4), (3, 3)):
         x, y, z = seen(table, face, (2 * column + 1) / size - 1, (2 * row + 1) / size - 1)
         u, v = 0.5 - np.arctan2(y, x) / (2 * np.pi), 0.5 + np.arcsin(z) / np.pi
@@ -174,23 +175,23 @@ def test_no_seams_between_faces():
     azimuth, elevation = np.pi * (1 - (column + 0.5) / height), np.pi * ((row + 0.5) / height - 0.5)
     ring = np.cos(elevation)
     directions = np.stack([ring * np.cos(azimuth), ring * np.sin(azimuth), np.sin(elevation)], axis=-1)
-    picture = cubemap.to_equirect(smooth_cube(32, "OPENGL", light), height=height)
+    picture = cube_map.to_equirect(smooth_cube(32, "OPENGL", light), height=height)
     assert np.abs(picture - order2(directions) @ light).max() < 0.02 * np.abs(light).max()
 
 
 def test_faces_are_seen_from_inside():
     """None of OpenGL's is mirrored; of the course's, one is."""
     for table, signs in (("OPENGL", [-1] * 6), ("GAMES202", [1, -1, -1, -1, -1, -1])):
-        middles = np.array([seen(table, face, 0, 0) for face in cubemap.FACES])
-        rights, downs = (np.array([seen(table, face, *uv) for face in cubemap.FACES]) for uv in ((1, 0), (0, 1)))
+        middles = np.array([seen(table, face, 0, 0) for face in cube_map.FACES])
+        rights, downs = (np.array([seen(table, face, *uv) for face in cube_map.FACES]) for uv in ((1, 0), (0, 1)))
         assert np.array_equal(np.sign(np.linalg.det(np.stack([rights, downs, middles], axis=1))), signs)
-        assert np.allclose(np.linalg.det(cubemap._TABLES[table]), signs)
+        assert np.allclose(np.linalg.det(cube_map._TABLES[table]), signs)
 
 
 def test_course_light_is_the_real_one_with_faces_moved():
     """The two tables agree after renaming four faces and mirroring one, and on nothing less."""
     faces = random_cube(8)
-    course = cubemap.project_cubemap(faces, "GAMES202")
+    course = cube_map.project_cubemap(faces, "GAMES202")
     moved = {
         **faces,
         "posx": faces["posx"][:, ::-1],
@@ -199,8 +200,8 @@ def test_course_light_is_the_real_one_with_faces_moved():
         "posz": faces["negz"],
         "negz": faces["posz"],
     }
-    assert np.allclose(cubemap.project_cubemap(moved, "OPENGL"), course, rtol=0, atol=1e-12)
-    assert not np.allclose(cubemap.project_cubemap(faces, "OPENGL"), course, rtol=0, atol=0.1)
+    assert np.allclose(cube_map.project_cubemap(moved, "OPENGL"), course, rtol=0, atol=1e-12)
+    assert not np.allclose(cube_map.project_cubemap(faces, "OPENGL"), course, rtol=0, atol=0.1)
 
 
 def test_brute_force_integral():
@@ -222,18 +223,18 @@ def test_brute_force_integral():
         here = major == np.abs(np.stack([x, y, z])).max(axis=0)
         column, row = (((w[here] / major[here] + 1) / 2 * size).astype(int).clip(0, size - 1) for w in (s, t))
         total += (order2(directions[here]) * weights[here, None]).T @ faces[face][row, column]
-    light = cubemap.project_cubemap(faces)
+    light = cube_map.project_cubemap(faces)
     assert np.abs(light - total).max() < 3 / size**2 * np.abs(light).max()
 
 
 def test_decoding():
     """The course's plain power and the published sRGB curve; from bytes and from fractions."""
     encoded = np.array([0, 10, 128, 255], dtype=np.uint8)
-    course = cubemap.decode(encoded, "GAMES202")
+    course = cube_map.decode(encoded, "GAMES202")
     assert course.dtype == np.float32
     assert np.allclose(course, (np.array([0, 10, 128, 255]) / 255) ** 2.2, rtol=1e-5)
-    assert np.allclose(cubemap.decode((encoded / 255).astype(np.float32), "GAMES202"), course, rtol=1e-6)
-    assert np.allclose(cubemap.decode(encoded), [0, 10 / 255 / 12.92, 0.21586, 1], rtol=1e-4)
+    assert np.allclose(cube_map.decode((encoded / 255).astype(np.float32), "GAMES202"), course, rtol=1e-6)
+    assert np.allclose(cube_map.decode(encoded), [0, 10 / 255 / 12.92, 0.21586, 1], rtol=1e-4)
 
 
 def broken(change):
@@ -259,7 +260,7 @@ BROKEN = [
 
 
 @pytest.mark.parametrize(("change", "message"), BROKEN)
-@pytest.mark.parametrize("use", [cubemap.project_cubemap, cubemap.to_equirect])
+@pytest.mark.parametrize("use", [cube_map.project_cubemap, cube_map.to_equirect])
 def test_broken_faces_are_refused(use, change, message):
     """The person is told which face, and what is wrong with it."""
     with pytest.raises(PictureError, match=message):
@@ -269,16 +270,16 @@ def test_broken_faces_are_refused(use, change, message):
 def test_five_faces_are_refused():
     """In a row without names, the count is all there is to tell."""
     with pytest.raises(PictureError, match="6 faces, not 5"):
-        cubemap.project_cubemap(list(black(2).values())[:5])
+        cube_map.project_cubemap(list(black(2).values())[:5])
 
 
 def test_directions_map_to_blender_axes():
     """Up is up, ahead is +y, right is right."""
     y_up = np.array([[0, 1, 0], [0, 0, -1], [1, 0, 0]])
-    assert np.array_equal(y_up @ cubemap.Y_UP_TO_Z_UP.T, [[0, 0, 1], [0, 1, 0], [1, 0, 0]])
+    assert np.array_equal(y_up @ cube_map.Y_UP_TO_Z_UP.T, [[0, 0, 1], [0, 1, 0], [1, 0, 0]])
     some = random_directions(5)
     x, y, z = some.T
-    assert np.array_equal(some @ cubemap.Y_UP_TO_Z_UP.T, np.stack([x, -z, y], axis=1))
+    assert np.array_equal(some @ cube_map.Y_UP_TO_Z_UP.T, np.stack([x, -z, y], axis=1))
 
 
 def lone_suns(size):
@@ -294,10 +295,10 @@ def lone_suns(size):
 def test_resampling_keeps_suns(table, size):
     """Their energy within 3 %; with the light put right, what is left is a tenth of a texel of direction."""
     for faces in (lone_suns(size), {**black(size), "posy": lone_suns(size)["posy"]}):
-        light = cubemap.project_cubemap(faces, table)
-        picture = cubemap.to_equirect(faces, table)
+        light = cube_map.project_cubemap(faces, table)
+        picture = cube_map.to_equirect(faces, table)
         assert np.abs(envmap.project_equirect(picture) - light)[0].max() < 0.03 * light[0].max()
-        shown = envmap.project_equirect(cubemap.with_light(picture, light), interpolated=True)
+        shown = envmap.project_equirect(cube_map.with_light(picture, light), interpolated=True)
         assert np.abs(shown - light).max() < 0.1 * 2 / size * np.abs(light).max()
 
 
@@ -305,9 +306,9 @@ def test_with_light_changes_little():
     """A noisy sky with a sun: the light is the faces' own to six digits, the sky without the sun stays as it was."""
     faces = random_cube(64)
     faces["posz"][20, 30] = 1e5
-    light = cubemap.project_cubemap(faces)
-    picture = cubemap.to_equirect(faces)
-    right = cubemap.with_light(picture, light)
+    light = cube_map.project_cubemap(faces)
+    picture = cube_map.to_equirect(faces)
+    right = cube_map.with_light(picture, light)
     assert right.dtype == np.float32
     assert np.abs(envmap.project_equirect(picture) - light).max() > 1e-3 * np.abs(light).max()
     assert np.abs(envmap.project_equirect(right, interpolated=True) - light).max() < 2e-6 * np.abs(light).max()
@@ -318,14 +319,14 @@ def test_with_light_changes_little():
 def test_smaller_equirect(size, height):
     """A picture coarser than the cube map averages it; its light can be put right all the same."""
     faces = random_cube(size)
-    light, picture = cubemap.project_cubemap(faces), cubemap.to_equirect(faces, height=height)
+    light, picture = cube_map.project_cubemap(faces), cube_map.to_equirect(faces, height=height)
     assert picture.shape == (height, 2 * height, 3)
     assert np.abs(envmap.project_equirect(picture) - light).max() < 0.1 * light.max()
-    shown = envmap.project_equirect(cubemap.with_light(picture, light), interpolated=True)
+    shown = envmap.project_equirect(cube_map.with_light(picture, light), interpolated=True)
     assert np.abs(shown - light).max() < 1e-5 * light.max()
 
 
 def test_with_light_of_black():
     """Nothing to change, nothing to divide by."""
     picture = np.zeros((8, 16, 3), dtype=np.float32)
-    assert np.array_equal(cubemap.with_light(picture, np.zeros((9, 3))), picture)
+    assert np.array_equal(cube_map.with_light(picture, np.zeros((9, 3))), picture)

@@ -4,8 +4,8 @@
 import numpy as np
 import pytest
 
-from prt_addon.core import envmap
 from prt_addon.core.errors import PictureError
+from prt_addon.core.sky import projection as envmap
 from tests.core.references import order2, random_directions
 
 

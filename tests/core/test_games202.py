@@ -4,9 +4,11 @@
 import numpy as np
 import pytest
 
-from prt_addon.core import cubemap, games202, sh
-from prt_addon.core.games202 import InterchangeError
-from prt_addon.core.rotation import rotation_matrix
+from prt_addon.core.exchange import games202
+from prt_addon.core.exchange.games202 import InterchangeError
+from prt_addon.core.sky import cube_map
+from prt_addon.core.sphere import sh
+from prt_addon.core.sphere.rotation import rotation_matrix
 from tests.core.references import order2, random_directions
 
 OPEN = 1 / np.sqrt(4 * np.pi)
@@ -81,7 +83,7 @@ def test_conversion_is_orthogonal_and_exact(order):
     assert np.array_equal(matrix, matrix.T)  # one matrix serves both ways
     assert set(np.abs(matrix[:4, :4]).ravel()) <= {0.0, 1.0}
     assert set(np.abs(matrix[4:9, 4:9]).ravel()) <= {0.0, 0.5, np.sqrt(0.75), 1.0}
-    turned = rotation_matrix(cubemap.Y_UP_TO_Z_UP, order)
+    turned = rotation_matrix(cube_map.Y_UP_TO_Z_UP, order)
     assert np.allclose(np.abs(matrix), np.abs(turned), rtol=0, atol=1e-12)
 
 
@@ -97,7 +99,7 @@ def test_course_cube_map_to_course_light(tmp_path):
     """Its own loop: names, table, row order and harmonics as it has them, without a word of ours."""
     size, path = 8, tmp_path / "light.txt"
     random = np.random.default_rng(7)
-    faces = {name: random.uniform(size=(size, size, 3)).astype(np.float32) for name in cubemap.FACES}
+    faces = {name: random.uniform(size=(size, size, 3)).astype(np.float32) for name in cube_map.FACES}
     table = {
         "negx": ((0, 0, 1), (0, -1, 0), (-1, 0, 0)),
         "posx": ((0, 0, 1), (0, -1, 0), (1, 0, 0)),
@@ -115,7 +117,7 @@ def test_course_cube_map_to_course_light(tmp_path):
             us, vs = (2 * (index + inner) / size - 1 for index in (column, row))
             angle = np.sum((1 + us**2 + vs[:, None] ** 2) ** -1.5) * (2 / size / fine) ** 2
             total += angle * np.outer(course_basis(direction / np.linalg.norm(direction)), faces[name][row, column])
-    games202.write_light(path, cubemap.project_cubemap(faces, "GAMES202"))
+    games202.write_light(path, cube_map.project_cubemap(faces, "GAMES202"))
     assert np.allclose(body(path), total, rtol=0, atol=1e-3 * np.abs(total).max())
 
 

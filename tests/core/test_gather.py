@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from prt_addon.core import gather as gather_module
-from prt_addon.core.albedo import Albedo
-from prt_addon.core.bake import bounce
-from prt_addon.core.gather import Gather
-from prt_addon.core.raycast import RayScene
-from prt_addon.core.transport import Pattern
+from prt_addon.core.bake.bake import bounce
+from prt_addon.core.surface import Albedo
+from prt_addon.core.transport import gather as gather_module
+from prt_addon.core.transport.direct import Pattern
+from prt_addon.core.transport.gather import Gather
+from prt_addon.core.transport.raycast import RayScene
 from tests.core.baking import trace_all
 from tests.core.bouncing import SETTINGS, corner, gather_of, patterned, receivers_at, room
 

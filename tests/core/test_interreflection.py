@@ -9,20 +9,21 @@ import pytest
 from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 
-from prt_addon.core import casting, sh
-from prt_addon.core import gather as gather_module
-from prt_addon.core import transport as transport_module
-from prt_addon.core.albedo import Albedo, TexturePatch
-from prt_addon.core.bake import bounce
+from prt_addon.core.bake import trace as casting
+from prt_addon.core.bake.bake import bounce
+from prt_addon.core.bake.run import Run
 from prt_addon.core.errors import Cancelled
-from prt_addon.core.gather import Gather
-from prt_addon.core.hits import trace
-from prt_addon.core.interreflection import interreflected
 from prt_addon.core.problem import BakeSettings, Occluders
-from prt_addon.core.raycast import RayScene
-from prt_addon.core.run import Run
+from prt_addon.core.sphere import sh
 from prt_addon.core.spill import in_file
-from prt_addon.core.transport import shadowed
+from prt_addon.core.surface import Albedo, TexturePatch
+from prt_addon.core.transport import direct as transport_module
+from prt_addon.core.transport import gather as gather_module
+from prt_addon.core.transport.bounces import interreflected
+from prt_addon.core.transport.direct import shadowed
+from prt_addon.core.transport.gather import Gather
+from prt_addon.core.transport.hits import trace
+from prt_addon.core.transport.raycast import RayScene
 from prt_addon.core.workers import Workers
 from tests.core.baking import Noting, bake, trace_all
 from tests.core.bouncing import SETTINGS, corner, gather_of, inside_sphere, panel, patterned, receivers_at, scene_of

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from prt_addon.core.kept import KeptTraces
-from prt_addon.core.raycast import RayScene
-from prt_addon.core.run import Run
+from prt_addon.core.bake.cache import KeptTraces
+from prt_addon.core.bake.run import Run
+from prt_addon.core.transport.raycast import RayScene
 from tests.core import bouncing
 from tests.core.baking import bake
 

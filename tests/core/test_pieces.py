@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import prt_addon.core.casting as casting
-from prt_addon.core import bake as engine
+from prt_addon.core.bake import bake as engine
+from prt_addon.core.bake import trace as casting
+from prt_addon.core.bake.run import Run
+from prt_addon.core.bake.shards import PieceFolder, Shard
 from prt_addon.core.errors import Cancelled, ShardError
-from prt_addon.core.pieces import PieceFolder, Shard
 from prt_addon.core.problem import BakeProblem, BakeSettings, Island, Occluders
-from prt_addon.core.raycast import RayScene
-from prt_addon.core.run import Run
+from prt_addon.core.transport.raycast import RayScene
 from prt_addon.core.workers import Workers
 from tests.core.baking import Noting
 from tests.core.test_interreflection import corner, patterned

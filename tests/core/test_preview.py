@@ -4,7 +4,9 @@
 import numpy as np
 import pytest
 
-from prt_addon.core import envmap, preview, window
+from prt_addon.core.sky import preview
+from prt_addon.core.sky import projection as envmap
+from prt_addon.core.sphere import window
 from tests.core.references import axis_angle, order2, random_directions, sphere_quadrature
 
 LIGHT = np.random.default_rng(1).normal(size=(9, 3))

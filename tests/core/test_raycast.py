@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from prt_addon.core import raycast
 from prt_addon.core.errors import MeshError, RayCasterMissing
-from prt_addon.core.raycast import RayScene
+from prt_addon.core.transport import raycast
+from prt_addon.core.transport.raycast import RayScene
 from tests.core import shapes
 from tests.core.references import random_directions
 

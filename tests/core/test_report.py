@@ -6,9 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from prt_addon.core import sh
-from prt_addon.core.albedo import Albedo
-from prt_addon.core.envmap import project_equirect
 from prt_addon.core.problem import BakeSettings, Occluders, ReceiverGroup
 from prt_addon.core.report.document import PARTS, surface_report
 from prt_addon.core.report.findings import Effort, find
@@ -20,7 +17,10 @@ from prt_addon.core.report.suns import find_suns
 from prt_addon.core.report.tessellation import tessellation
 from prt_addon.core.report.total import total
 from prt_addon.core.report.truncation import truncation
-from prt_addon.core.rotation import rotation_matrix
+from prt_addon.core.sky.projection import project_equirect
+from prt_addon.core.sphere import sh
+from prt_addon.core.sphere.rotation import rotation_matrix
+from prt_addon.core.surface import Albedo
 from tests.core import shapes
 from tests.core.baking import bake
 from tests.core.references import axis_angle, random_rotations

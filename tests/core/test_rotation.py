@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from prt_addon.core import rotation, sh
+from prt_addon.core.sphere import rotation, sh
 from tests.core.references import axis_angle, order2, random_directions, random_rotations
 
 ROTATIONS = random_rotations(6)

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from prt_addon.core import sampling
+from prt_addon.core.sphere import directions as sampling
 from tests.core.references import random_directions
 
 

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from prt_addon.core import sh
+from prt_addon.core.sphere import sh
 from tests.core.references import axis_angle, order2, random_directions, sphere_quadrature
 
 ORDERS = range(sh.MAX_ORDER + 1)

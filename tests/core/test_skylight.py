@@ -4,11 +4,11 @@
 import numpy as np
 import pytest
 
-from prt_addon.core import sh
-from prt_addon.core.envmap import project_equirect
 from prt_addon.core.errors import PictureError
-from prt_addon.core.rotation import rotation_matrix
-from prt_addon.core.skylight import MAX_WIDTH, Skylight, handy
+from prt_addon.core.sky.projection import project_equirect
+from prt_addon.core.sky.sampler import MAX_WIDTH, Skylight, handy
+from prt_addon.core.sphere import sh
+from prt_addon.core.sphere.rotation import rotation_matrix
 from tests.core.references import random_directions, random_rotations
 
 [TURN] = random_rotations(1)

@@ -4,8 +4,9 @@
 import numpy as np
 import pytest
 
-from prt_addon.core import envmap, sh
-from prt_addon.core.texel_means import equirect_means
+from prt_addon.core.sky import projection as envmap
+from prt_addon.core.sky.texel_means import equirect_means
+from prt_addon.core.sphere import sh
 from tests.core.references import random_directions
 
 SUN = np.radians(0.2725)

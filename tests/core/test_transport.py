@@ -4,11 +4,12 @@
 import numpy as np
 import pytest
 
-from prt_addon.core import sh, transport
 from prt_addon.core.errors import Cancelled
 from prt_addon.core.monitor import Work
-from prt_addon.core.raycast import RayScene
-from prt_addon.core.transport import Receivers, shadowed, unshadowed
+from prt_addon.core.sphere import sh
+from prt_addon.core.transport import direct as transport
+from prt_addon.core.transport.direct import Receivers, shadowed, unshadowed
+from prt_addon.core.transport.raycast import RayScene
 from prt_addon.core.workers import Workers
 from tests.core import shapes
 from tests.core.baking import Noting

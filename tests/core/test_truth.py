@@ -4,14 +4,14 @@
 import numpy as np
 import pytest
 
-from prt_addon.core import sh
-from prt_addon.core.albedo import Albedo
-from prt_addon.core.envmap import project_equirect
 from prt_addon.core.problem import BakeSettings, Occluders, ReceiverGroup
-from prt_addon.core.raycast import RayScene
-from prt_addon.core.skylight import Skylight
-from prt_addon.core.transport import Receivers
-from prt_addon.core.truth import Bounces, trace_light
+from prt_addon.core.report.path_tracer import Bounces, trace_light
+from prt_addon.core.sky.projection import project_equirect
+from prt_addon.core.sky.sampler import Skylight
+from prt_addon.core.sphere import sh
+from prt_addon.core.surface import Albedo
+from prt_addon.core.transport.direct import Receivers
+from prt_addon.core.transport.raycast import RayScene
 from prt_addon.core.workers import Workers
 from tests.core import shapes
 from tests.core.baking import bake

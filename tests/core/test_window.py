@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from prt_addon.core import window
+from prt_addon.core.sphere import window
 from tests.core.references import order2, random_directions, sphere_quadrature
 
 KINDS = ["HANN", "LANCZOS"]

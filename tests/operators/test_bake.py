@@ -14,7 +14,7 @@ def stage(scene):
 
 
 def transport(part, ob):
-    return part("scene.transport_layers").read(ob.data)
+    return part("scene.mesh.layers").read(ob.data)
 
 
 def test_nothing_selected_bakes_all_that_renders(blender, part, scene, stage):
@@ -23,7 +23,7 @@ def test_nothing_selected_bakes_all_that_renders(blender, part, scene, stage):
     hidden = stage.object_of("Hidden", stage.cube(), location=(5, 0, 0))
     hidden.hide_render = True
     assert blender.ops.prt.bake(mode="SHADOWED", samples=16) == {"FINISHED"}
-    is_baked = part("scene.transport_layers").is_baked
+    is_baked = part("scene.mesh.layers").is_baked
     assert is_baked(seen.data) and not is_baked(hidden.data)
 
 
@@ -56,7 +56,7 @@ def test_meshes_without_vertices_take_no_part(blender, part, scene, stage, mode)
     scene.collection.objects.link(blender.data.objects.new("Empty", blender.data.meshes.new("Empty")))
     cube.select_set(True)
     assert blender.ops.prt.bake(mode=mode, samples=4) == {"FINISHED"}
-    assert part("scene.transport_layers").is_baked(cube.data) and blender.ops.prt.check() == {"FINISHED"}
+    assert part("scene.mesh.layers").is_baked(cube.data) and blender.ops.prt.check() == {"FINISHED"}
     cube.select_set(False)
     assert blender.ops.prt.bake(mode=mode, samples=4) == {"FINISHED"}  # of all that renders show
     scene.objects["Empty"].select_set(True)
@@ -68,7 +68,7 @@ def test_keyframed_light_stays(blender, part, scene, stage):
     """Another bake of a mesh says nothing of the sky; to project the world does."""
     stage.object_of("Cube", stage.cube())
     blender.ops.prt.keyframe_light(frame_start=1, frame_end=2)
-    light = part("scene.light")
+    light = part("scene.light.light")
     for operator, stays in ((blender.ops.prt.bake, True), (blender.ops.prt.project_light, False)):
         operator(**({"mode": "UNSHADOWED"} if stays else {}))
         assert light.has_light(scene.world) and light.is_keyframed(scene.world) == stays
@@ -82,7 +82,7 @@ def test_imported_light_stays(blender, part, scene, stage, tmp_path):
     blender.ops.prt.export_games202(directory=str(tmp_path))
     (tmp_path / "light.txt").write_text("\n".join(["0.25 0.5 0.75"] * 9))
     blender.ops.prt.import_games202(directory=str(tmp_path))
-    light = part("scene.light")
+    light = part("scene.light.light")
     imported = light.read_light(scene.world)
     blender.ops.prt.bake(mode="UNSHADOWED")
     np.testing.assert_array_equal(light.read_light(scene.world), imported)
@@ -94,12 +94,14 @@ def test_a_world_that_was_swapped_during_the_bake_gives_its_own_light(blender, p
     """What is written is the light of the world that the scene then has."""
     stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
     stage.object_of("Cube", stage.cube())
-    settings, whole = part("core.problem").BakeSettings("UNSHADOWED"), part("scene.whole_bake").WholeBake
-    bake = whole(blender.context, settings, part("scene.prepare").NOTHING, part("scene.projection").Windowing())
+    settings, whole = part("core.problem").BakeSettings("UNSHADOWED"), part("scene.bake.whole_bake").WholeBake
+    bake = whole(
+        blender.context, settings, part("scene.bake.prepare").NOTHING, part("scene.sky.projection").Windowing()
+    )
     former, scene.world = scene.world, blender.data.worlds.new("Other")
     stage.environment(stage.picture("Other", stage.six_coloured_sky(16)[::-1]))
-    bake.write(blender.context, part("core.bake").bake(bake.plan.problem))
-    light, state = part("scene.light"), part("scene.light_state")
+    bake.write(blender.context, part("core.bake.bake").bake(bake.plan.problem))
+    light, state = part("scene.light.light"), part("scene.light.state")
     assert not light.has_light(former) and state.light_state(scene.world).text == "Light is fresh"
     baked = light.read_light(scene.world)
     blender.ops.prt.project_light()
@@ -145,7 +147,7 @@ def test_edit_mode_is_kept(blender, part, scene, stage):
     blender.ops.prt.bake(mode="UNSHADOWED")
     assert ob.mode == "EDIT"
     blender.ops.object.mode_set(mode="OBJECT")
-    assert part("scene.transport_layers").is_baked(ob.data)
+    assert part("scene.mesh.layers").is_baked(ob.data)
 
 
 def nan_mesh(stage):
@@ -213,18 +215,18 @@ def test_scene_without_meshes_is_refused(blender, scene, stage):
 def test_missing_ray_caster_is_said_and_unshadowed_still_works(blender, part, scene, stage, monkeypatch):
     """Never a traceback."""
     ob = stage.object_of("Cube", stage.cube())
-    monkeypatch.setattr(part("core.raycast"), "EmbreeScene", None)
+    monkeypatch.setattr(part("core.transport.raycast"), "EmbreeScene", None)
     with pytest.raises(RuntimeError, match="embreex"):
         blender.ops.prt.bake(mode="SHADOWED")
     assert blender.ops.prt.bake(mode="UNSHADOWED") == {"FINISHED"}
-    assert part("scene.transport_layers").is_baked(ob.data)
+    assert part("scene.mesh.layers").is_baked(ob.data)
 
 
 def test_cancel_changes_nothing_and_a_second_bake_is_refused_meanwhile(blender, part, scene, stage):
     """A running job blocks another; cancelled, it raises and leaves no state behind."""
     ob = stage.object_of("Ball", stage.icosphere(5))
     settings, jobs = part("core.problem").BakeSettings(samples=1 << 14), part("worker.job")
-    job = jobs.bake_job(part("scene.gather").gather(blender.context, [ob], settings).problem)
+    job = jobs.bake_job(part("scene.bake.gather").gather(blender.context, [ob], settings).problem)
     job.start()
     assert not blender.ops.prt.bake.poll()
     assert blender.ops.prt.cancel() == {"FINISHED"}

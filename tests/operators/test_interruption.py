@@ -53,7 +53,7 @@ def job_of(blender, part):
 
     def make(mode, samples, bounces=3, threads=2):
         part("worker.job").end_engine()
-        core, gather = part("core.problem"), part("scene.gather")
+        core, gather = part("core.problem"), part("scene.bake.gather")
         settings = core.BakeSettings(mode, samples=samples, bounces=bounces)
         plan = gather.gather(blender.context, gather.objects_to_bake(blender.context), settings)
         return lambda: part("worker.job").bake_job(plan.problem, threads=threads)

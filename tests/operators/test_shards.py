@@ -54,7 +54,7 @@ def test_what_lies_in_the_folder_needs_no_rays(blender, part, scene, stage, tmp_
     """Of shards and of checkpoints; other samples cast theirs."""
 
     def floor():
-        return part("scene.transport_layers").read(scene.objects["Floor"].data)
+        return part("scene.mesh.layers").read(scene.objects["Floor"].data)
 
     blender.ops.prt.bake(mode="SHADOWED", **OPTIONS)
     plain = floor()

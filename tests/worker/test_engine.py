@@ -12,10 +12,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from prt_addon.core.bake.run import PLAINLY
 from prt_addon.core.errors import Cancelled, EngineError, MeshError, NoRoom, PRTError
 from prt_addon.core.monitor import Work
 from prt_addon.core.problem import BakeProblem, BakeSettings
-from prt_addon.core.run import PLAINLY
 from prt_addon.worker import engine, job, tasks
 from tests.core import baking, bouncing
 

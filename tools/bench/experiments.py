@@ -18,11 +18,11 @@ from measure import Seconds, by_turns, exponent, median, now, ratio, timed
 from naive import uniform_sphere
 from rays_alone import rays_alone
 
-from prt_addon.core.bake import bake, bounce
-from prt_addon.core.casting import trace_island
+from prt_addon.core.bake.bake import bake, bounce
+from prt_addon.core.bake.trace import trace_island
 from prt_addon.core.problem import BakeProblem, BakeSettings, Island, Occluders, ReceiverGroup
-from prt_addon.core.raycast import RayScene
-from prt_addon.core.transport import Receivers, shadowed
+from prt_addon.core.transport.direct import Receivers, shadowed
+from prt_addon.core.transport.raycast import RayScene
 from prt_addon.worker.job import bake_job, end_engine
 
 Result = dict[str, Any]
@@ -175,7 +175,7 @@ def blender_share(mode: str, receivers: int, samples: int, turns: int) -> Result
     def part(name: str) -> Any:
         return importlib.import_module(f"{headless.PACKAGE}.prt_addon.{name}")
 
-    gather, layers, engine = part("scene.gather"), part("scene.transport_layers"), part("core.bake")
+    gather, layers, engine = part("scene.bake.gather"), part("scene.mesh.layers"), part("core.bake.bake")
     objects = blender_scene.court(receivers)
     settings = part("core.problem").BakeSettings(mode, samples)
 

@@ -29,8 +29,8 @@ def bake_in_core(mode: str, receivers: int, samples: int) -> dict[str, float]:
     """`core.bake` on arrays."""
     import scenes
 
-    from prt_addon.core.bake import bake, bounce
-    from prt_addon.core.casting import trace_island
+    from prt_addon.core.bake.bake import bake, bounce
+    from prt_addon.core.bake.trace import trace_island
     from prt_addon.core.problem import BakeProblem, BakeSettings
 
     groups, occluders = scenes.bake_input(scenes.court(receivers))

@@ -6,9 +6,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from prt_addon.core import sh
-from prt_addon.core.raycast import RayScene
-from prt_addon.core.transport import Receivers
+from prt_addon.core.sphere import sh
+from prt_addon.core.transport.direct import Receivers
+from prt_addon.core.transport.raycast import RayScene
 
 
 def uniform_sphere(scene: RayScene, receivers: Receivers, samples: int, seed: int = 0) -> npt.NDArray[np.float64]:

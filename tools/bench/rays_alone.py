@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from measure import NOTHING, Seconds, timed
 
 from prt_addon.core.problem import BakeSettings, Occluders, ReceiverGroup
-from prt_addon.core.raycast import RayScene
-from prt_addon.core.transport import Pattern, Receivers
+from prt_addon.core.transport.direct import Pattern, Receivers
+from prt_addon.core.transport.raycast import RayScene
 from prt_addon.core.workers import ALL_CORES
 
 _CHUNKS_IN_MEMORY = 48

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from prt_addon.core.albedo import Albedo
 from prt_addon.core.problem import Occluders, ReceiverGroup
+from prt_addon.core.surface import Albedo
 
 Float64 = npt.NDArray[np.float64]
 Int32 = npt.NDArray[np.int32]

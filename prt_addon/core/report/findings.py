@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from .. import sh
-from ..truth import trace_light
+from ..sphere import sh
 from ..workers import ALL_CORES, Workers
 from .fresh import fresh_transport
 from .measures import CONVERGED, reference_interval
+from .path_tracer import trace_light
 from .points import SurfacePoints, areas, scatter
 from .subject import ORDERS, Light, Subject, clamped, dot
 

@@ -14,10 +14,10 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from ..gather import Gather
-from ..hits import KeptHits, corners, trace
 from ..problem import BakeSettings
-from ..transport import Receivers, shadowed, unshadowed
+from ..transport.direct import Receivers, shadowed, unshadowed
+from ..transport.gather import Gather
+from ..transport.hits import KeptHits, corners, trace
 from ..workers import ALL_CORES, Workers
 from .subject import Scenery, Subject
 

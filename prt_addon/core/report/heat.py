@@ -6,9 +6,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from ..truth import trace_light
 from ..workers import ALL_CORES, Workers
 from .findings import INSIDE
+from .path_tracer import trace_light
 from .subject import Light, Subject, clamped, dot
 
 Float64 = npt.NDArray[np.float64]

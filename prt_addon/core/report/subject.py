@@ -11,14 +11,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..buried import Surroundings
-from ..envmap import project_equirect
 from ..problem import BakeSettings, Occluders, ReceiverGroup
-from ..raycast import RayScene
-from ..rotation import rotation_matrix
-from ..skylight import Skylight
-from ..transport import Receivers
-from ..truth import Bounces
+from ..sky.projection import project_equirect
+from ..sky.sampler import Skylight
+from ..sphere.rotation import rotation_matrix
+from ..transport.direct import Receivers
+from ..transport.inside import Surroundings
+from ..transport.raycast import RayScene
+from .path_tracer import Bounces
 from .suns import Suns, find_suns
 
 Float32 = npt.NDArray[np.float32]

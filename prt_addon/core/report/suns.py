@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ..equirect import solid_angles
+from ..sphere.equirect import solid_angles
 
 Float32 = npt.NDArray[np.float32]
 

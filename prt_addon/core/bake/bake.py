@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One bake from arrays to arrays: unshadowed, shadowed or interreflected, whole or the share of one machine."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from ..monitor import Work
+from ..problem import BakeProblem, BakeSettings, Island, Occluders
+from ..surface import Albedo
+from ..transport.bounces import interreflected
+from ..transport.direct import unshadowed
+from ..transport.inside import FilledGather
+from .run import PLAINLY, Run
+from .shards import Shard
+from .trace import Caster, Traced, check_finite, trace_island
+
+Float32 = npt.NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class BakeResult:
+    """What a bake came to.
+
+    transport: of each group of the problem, (N, 9) float32, or (N, 9, 3) RGB if interreflected.
+    findings: sentences for the person, each with the number of the group that it is about.
+    """
+
+    transport: list[Float32]
+    findings: list[tuple[int, str]]
+
+
+def bake(problem: BakeProblem, run: Run = PLAINLY) -> BakeResult:
+    """Transport of all receivers.
+
+    Light bounces only off triangles whose corners are receivers: an island has groups of everything that shall bounce
+    it, also of what nobody wants the transport of. The result has the same bits whatever the order of the groups, the
+    number of threads and the chunk size.
+
+    Receivers inside other geometry are filled from their neighbours (see `buried`), in whichever mode casts rays. The
+    findings tell their share, and of objects that no light reaches or that float32 is too coarse for.
+
+    Raises:
+        MeshError: coordinates that are not finite, or nothing to cast rays at.
+        RayCasterMissing: the mode casts rays and embreex is not installed.
+        NoRoom: hits exceed `run.memory`, and the temporary folder cannot hold the rest.
+        OSError: the folder of `run.pieces` cannot be written.
+        Cancelled: if the workers' monitor raised it.
+    """
+    result = BakeResult([], [])
+    for island, first_group, first_receiver in problem.numbered():
+        transport, findings = _bake_island(island, problem.settings, _counted_from(first_receiver, run))
+        result.transport.extend(transport)
+        result.findings.extend((first_group + number, sentence) for number, sentence in findings)
+    return result
+
+
+def trace_shard(problem: BakeProblem, shard: Shard, run: Run) -> None:
+    """Cast the rays of one shard of what `bake` would bake, and save what they find to `run.pieces`.
+
+    Once all shards lie in one folder, `bake` with it casts no more rays, and gives the same bits as without.
+    Errors as those of `bake`; the mode must cast rays.
+    """
+    for island, _, first in problem.numbered():
+        span = _overlap(shard.span(problem.receivers), first, len(island))
+        if span.start < span.stop:
+            check_finite(island.groups)
+            for _ in Caster(island, problem.settings, _counted_from(first, run)).pieces(span):
+                pass
+
+
+def _counted_from(first: int, run: Run) -> Run:
+    """The run of an island whose first receiver has that number."""
+    return replace(run, pieces=run.pieces and run.pieces.counted_from(first))
+
+
+def _overlap(span: slice, first: int, count: int) -> slice:
+    """What lies of a span in `count` receivers from `first`, counted from there."""
+    return slice(max(span.start - first, 0), min(span.stop - first, count))
+
+
+def _bake_island(island: Island, settings: BakeSettings, run: Run) -> tuple[list[Float32], list[tuple[int, str]]]:
+    """The transport of its groups, and findings about them."""
+    if not len(island):
+        shape = (0, 9, 3) if settings.mode == "INTERREFLECTED" else (0, 9)
+        return [np.empty(shape, dtype=np.float32) for _ in island.groups], []
+    if settings.mode == "UNSHADOWED":
+        check_finite(island.groups)
+        return [unshadowed(group.normals, workers=run.workers) for group in island.groups], []
+    if settings.mode == "SHADOWED":
+        traced = trace_island(island, settings, run)
+        return _split(traced.direct, traced.sizes), traced.findings
+    traced = _kept_or_traced(island, settings, run)
+    return bounce(traced, island.occluders, settings, run), traced.findings
+
+
+def _kept_or_traced(island: Island, settings: BakeSettings, run: Run) -> Traced:
+    if run.kept is None:
+        return trace_island(island, settings, run)
+    key = island.trace_key(settings)
+    run.workers.monitor.check_cancelled()  # the key of a large scene takes a moment
+    traced = run.kept.find(key)
+    if traced:
+        run.workers.monitor.advance(Work(rays=settings.samples * len(island)))
+    else:
+        traced = trace_island(island, settings, run)
+        run.kept.keep(key, traced)
+    return traced
+
+
+def bounce(traced: Traced, occluders: Occluders, settings: BakeSettings, run: Run = PLAINLY) -> list[Float32]:
+    """The second half: bounce the light. Only the albedo may differ from the occluders that were traced.
+
+    Returns:
+        (N, 9, 3) float32 per group, RGB.
+    """
+    albedo = occluders.albedo or Albedo(np.ones_like(occluders.triangles, dtype=np.float32))
+    gather = FilledGather(traced.fill, traced.hits, albedo, occluders.receiver_at_corners, run.workers)
+    transport = interreflected(traced.direct, gather, settings.bounces, settings.tolerance)
+    return _split(transport, traced.sizes)
+
+
+def _split(transport: Float32, sizes: Sequence[int]) -> list[Float32]:
+    return np.split(transport, np.cumsum(sizes)[:-1])

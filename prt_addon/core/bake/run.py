@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How a bake is carried out, which its result does not depend on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..workers import ALL_CORES, Workers
+from .cache import KeptTraces
+from .shards import PieceFolder
+
+MEMORY = 2 << 30
+"""Bytes of hits that stay in memory, unless a bake is told otherwise."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """How a bake is carried out: nothing that its result depends on.
+
+    workers: who casts the rays, and who watches.
+    kept: where traces of interreflected bakes are kept; one that is found there needs no new rays.
+    memory: bytes of hits that stay in memory; those beyond lie on disk, and light bounces more slowly.
+    pieces: where what rays find is saved while they are cast; what is there already needs no new rays.
+    """
+
+    workers: Workers = ALL_CORES
+    kept: KeptTraces | None = None
+    memory: int = MEMORY
+    pieces: PieceFolder | None = None
+
+
+PLAINLY = Run()
+"""On all cores, unwatched, keeping nothing."""

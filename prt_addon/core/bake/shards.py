@@ -1,0 +1,259 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Traced pieces of a bake in a folder: what a bake that was stopped resumes from, and what its shards consist of.
+
+A piece is what the rays of consecutive receivers found. That is a function of the scene, the samples, the seed and the
+receivers alone, so that pieces join to the same bits wherever they are cut. So do those of several machines with the same
+kind of processor and the same versions; others may round differently in the last bit. Each lies in a file of its
+own, written under another name and then renamed: a file is there as a whole or not at all, and whoever is killed while
+writing it may do it again.
+
+Receivers are numbered through the whole bake, island by island (see `problem`).
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+import zipfile
+import zlib
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass, replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..digest import digest
+from ..errors import ShardError
+from ..problem import TraceKey
+from ..transport.hits import KeptHits
+
+_SUFFIX = ".npz"
+_MADE_WITH = "numpy"  # in the header: the version of what may round otherwise
+_BROKEN = (OSError, ValueError, TypeError, KeyError, EOFError, zipfile.BadZipFile, zlib.error)
+
+Float32 = npt.NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class Shard:
+    """One of `count` equal shares of a bake; they are numbered from 0."""
+
+    index: int
+    count: int
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.index < self.count:
+            raise ShardError(
+                f"There is no shard {self.index} of {self.count}: they are numbered 0 to {self.count - 1}."
+            )
+
+    def span(self, receivers: int) -> slice:
+        """Its share of that many receivers."""
+        return slice(receivers * self.index // self.count, receivers * (self.index + 1) // self.count)
+
+
+@dataclass(frozen=True)
+class Piece:
+    """What the rays of some receivers found.
+
+    receivers: which.
+    direct: (n, 9) their transport without bounces.
+    hits: what light may bounce off; None in a bake without bounces.
+    found: whether it lay in the folder.
+    """
+
+    receivers: slice
+    direct: Float32
+    hits: KeptHits | None
+    found: bool = False
+
+
+@dataclass(frozen=True)
+class _File:
+    """A file of a folder, and what its header says."""
+
+    start: int
+    stop: int
+    path: Path
+    header: dict[str, Any]
+
+    @property
+    def shard(self) -> Shard | None:
+        return Shard(*self.header["shard"]) if self.header.get("shard") else None
+
+
+@dataclass(frozen=True)
+class PieceFolder:
+    """The pieces of one bake in a folder, which may hold others.
+
+    key: of all its pieces.
+    shard: what is saved belongs to it.
+    first: number of the receiver that callers count as 0.
+    """
+
+    folder: Path
+    key: TraceKey
+    shard: Shard | None = None
+    first: int = 0
+
+    def counted_from(self, first: int) -> PieceFolder:
+        """The same folder for callers that count their receivers from that one."""
+        return replace(self, first=first)
+
+    def cover(self, span: slice, size: int, trace: Callable[[slice], Piece]) -> Iterator[Piece]:
+        """Pieces that cover `span` in order: those in the folder, and between them what `trace` makes, which is saved.
+
+        Args:
+            size: of pieces that are traced, at most.
+            trace: makes the piece of some receivers.
+
+        Raises:
+            OSError: if the folder cannot be written.
+        """
+        done = span.start
+        for file in sorted(self._usable(), key=lambda file: (file.start, -file.stop)):
+            start, stop = file.start - self.first, file.stop - self.first
+            piece = self._load(file) if done <= start and stop <= span.stop else None
+            if piece:
+                yield from self._traced(slice(done, start), size, trace)
+                yield piece
+                done = stop
+        yield from self._traced(slice(done, span.stop), size, trace)
+
+    def check_complete(self) -> list[str]:
+        """Whether the folder holds all shards of this bake, once each, and nothing else.
+
+        Returns:
+            Sentences for the person: what is unusual about them.
+
+        Raises:
+            ShardError: if not; the message says what is wrong with which.
+        """
+        files = []
+        for path in self._paths():
+            header = _header(path, whole=True)
+            if header is None:
+                raise ShardError(f"'{path}' is damaged: delete it, bake its shard again, then merge.")
+            different = self.key.differences(header)
+            if different or not header.get("shard"):
+                raise ShardError(
+                    f"'{path}' does not belong to this bake ({different or 'it is of no shard'}): merge with the scene and "
+                    "settings of the shards, or delete the file and bake its shard again."
+                )
+            files.append(_File(header["start"], header["stop"], path, header))
+        if not files:
+            raise ShardError(f"There are no shards in '{self.folder}': bake them with prt.bake_shard first.")
+        files.sort(key=lambda file: file.start)
+        self._check_once(files)
+        self._check_missing(files)
+        made_with = sorted({str(file.header.get(_MADE_WITH)) for file in files if file.header.get(_MADE_WITH)})
+        if len(made_with) < 2:
+            return []
+        return [
+            f"The shards were made with different versions of NumPy ({', '.join(made_with)}): their transport may differ in "
+            "its last bits from a bake on one machine."
+        ]
+
+    def _check_once(self, files: Sequence[_File]) -> None:
+        counts = sorted({shard.count for file in files if (shard := file.shard)})
+        if len(counts) > 1:
+            raise ShardError(
+                f"'{self.folder}' mixes shards of bakes in {' and '.join(map(str, counts))} shards: delete those of all "
+                "but one, then merge."
+            )
+        for one, other in pairwise(files):
+            if other.start < one.stop:
+                raise ShardError(f"'{one.path}' and '{other.path}' hold the same receivers: delete one, then merge.")
+
+    def _check_missing(self, files: Sequence[_File]) -> None:
+        known = files[0].shard
+        assert known, "checked before"
+        ends = [0, *(end for file in files for end in (file.start, file.stop)), self.key.receivers]
+        gaps = [(start, stop) for start, stop in zip(ends[::2], ends[1::2], strict=True) if start < stop]
+        spans = [Shard(index, known.count).span(self.key.receivers) for index in range(known.count)]
+        missing = [
+            index
+            for index, span in enumerate(spans)
+            if any(start < span.stop and span.start < stop for start, stop in gaps)
+        ]
+        if missing:
+            names = ", ".join(map(str, missing))
+            raise ShardError(
+                f"Of {known.count} shards, these are missing or unfinished: {names}. Bake each with prt.bake_shard("
+                f"index=..., count={known.count}, directory=...), then merge."
+            )
+
+    def _traced(self, span: slice, size: int, trace: Callable[[slice], Piece]) -> Iterator[Piece]:
+        for part in cut(span, size):
+            piece = trace(part)
+            self._save(piece)
+            yield piece
+
+    def _paths(self) -> list[Path]:
+        return sorted(self.folder.glob(f"*{_SUFFIX}"))
+
+    def _usable(self) -> Iterator[_File]:
+        for path in self._paths():
+            header = _header(path)
+            if header and not self.key.differences(header):
+                yield _File(header["start"], header["stop"], path, header)
+
+    def _load(self, file: _File) -> Piece | None:
+        """None if it is broken: then it is traced again."""
+        try:
+            with file.path.open("rb") as opened, np.load(opened) as stored:
+                hits = KeptHits(self.key.samples, stored["starts"], stored["packed"]) if "packed" in stored else None
+                return Piece(slice(file.start - self.first, file.stop - self.first), stored["direct"], hits, found=True)
+        except _BROKEN:
+            return None
+
+    def _save(self, piece: Piece) -> None:
+        start, stop = piece.receivers.start + self.first, piece.receivers.stop + self.first
+        shard = self.shard and (self.shard.index, self.shard.count)
+        header = {**asdict(self.key), "start": start, "stop": stop, "shard": shard, _MADE_WITH: np.__version__}
+        arrays: dict[str, npt.NDArray[Any]] = {"header": np.array(json.dumps(header)), "direct": piece.direct}
+        if piece.hits:
+            arrays |= {"starts": piece.hits.starts, "packed": piece.hits.packed}
+        belongs = f"shard-{self.shard.index}-of-{self.shard.count}" if self.shard else "piece"
+        name = digest(json.dumps(asdict(self.key)).encode()).hex()[:8]
+        _write(self.folder / f"{belongs}-{name}-{start}-{stop}{_SUFFIX}", arrays)
+
+
+def cut(span: slice, size: int) -> Iterator[slice]:
+    """A span in pieces of some size, but for the last."""
+    for start in range(span.start, span.stop, size):
+        yield slice(start, min(start + size, span.stop))
+
+
+def _header(path: Path, whole: bool = False) -> dict[str, Any] | None:
+    """What a file says of itself; None if it is none of ours, or broken. If `whole`, all of it is looked at."""
+    try:
+        with path.open("rb") as opened, np.load(opened) as stored:  # np.load itself would leave broken ones open
+            header = json.loads(stored["header"].item())
+            if whole:
+                for name in stored.files:
+                    stored[name]  # compares checksums
+        return header if isinstance(header, dict) and {"start", "stop"} <= header.keys() else None
+    except _BROKEN:
+        return None
+
+
+def _write(path: Path, arrays: dict[str, npt.NDArray[Any]]) -> None:
+    """Write a file that is there as a whole or not at all, whatever happens meanwhile."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, temporary = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=".tmp", dir=path.parent)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            np.savez(file, **arrays)
+            file.flush()
+            os.fsync(file.fileno())
+        Path(temporary).replace(path)
+    except BaseException as error:
+        Path(temporary).unlink(missing_ok=True)
+        if isinstance(error, OSError) and error.filename is None:  # the disk is full: say which
+            raise OSError(error.errno, error.strerror or str(error), str(path.parent)) from error
+        raise

@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The rays of a bake: cast piece by piece, and what they found told and mended where receivers are buried."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import MeshError
+from ..monitor import Work
+from ..problem import BakeSettings, Island, ReceiverGroup
+from ..sphere import sh
+from ..transport.direct import Receivers, shadowed
+from ..transport.hits import HitStore, trace
+from ..transport.inside import Fill, Surroundings, find_buried, is_dark
+from ..transport.raycast import SMALLEST_SKIP, RayScene
+from .run import PLAINLY, Run
+from .shards import Piece, cut
+
+Float32 = npt.NDArray[np.float32]
+
+_RAYS_IN_A_PIECE = 1 << 24  # at most 128 MiB of hits
+_TOO_BLIND = 0.02  # skipped start of rays, as a share of their object's radius, that is worth a word
+
+
+@dataclass(frozen=True)
+class Traced:
+    """What the rays of an island found; another albedo or number of bounces needs no new ones.
+
+    sizes: receivers of each group.
+    direct: (N, 9) float32 shadowed transport of all groups, filled where buried.
+    hits: what the blocked rays hit, if light shall bounce.
+    fill: of the receivers that lie inside other geometry.
+    findings: sentences for the person, each with the number of the group that it is about.
+    """
+
+    sizes: list[int]
+    direct: Float32
+    hits: HitStore
+    fill: Fill
+    findings: list[tuple[int, str]]
+
+    @property
+    def nbytes(self) -> int:
+        """Memory it occupies."""
+        return self.direct.nbytes + self.hits.nbytes
+
+
+def trace_island(island: Island, settings: BakeSettings, run: Run = PLAINLY) -> Traced:
+    """The first half of a bake: all of its rays. Errors as those of `bake`; the mode must cast rays."""
+    check_finite(island.groups)
+    caster = Caster(island, settings, run)
+    receivers, occluders = caster.receivers, island.occluders
+    direct = np.empty((len(receivers), sh.coefficient_count(sh.ORDER)), dtype=np.float32)
+    hits = HitStore(settings.samples, run.memory)
+    for piece in caster.pieces(slice(0, len(receivers))):
+        direct[piece.receivers] = piece.direct
+        if piece.hits:
+            hits.add(piece.hits)
+    around = Surroundings(caster.scene, occluders.vertices, occluders.triangles)
+    edges = _edges(island.groups)
+    fill = Fill(find_buried(around, receivers, edges, direct, settings.seed, run.workers), edges)
+    fill(direct)
+    findings = list(_findings(island.groups, around.scene, direct, fill.buried))
+    return Traced([len(group) for group in island.groups], direct, hits, fill, findings)
+
+
+class Caster:
+    """Casts the rays of an island, piece by piece."""
+
+    def __init__(self, island: Island, settings: BakeSettings, run: Run) -> None:
+        self._run, occluders = run, island.occluders
+        self.scene = RayScene(occluders.vertices, occluders.triangles, run.workers.monitor)
+        self.receivers = Receivers.of(island.groups, self.scene)
+        self._settings = settings
+        self._returns = (occluders.receiver_at_corners >= 0).any(axis=1)
+
+    def pieces(self, span: slice) -> Iterator[Piece]:
+        """Pieces that cover a span of receivers, in order; those that the run's folder holds need no rays."""
+        samples, folder = self._settings.samples, self._run.pieces
+        size = max(1, _RAYS_IN_A_PIECE // samples)
+        if folder is None:
+            yield from map(self._traced, cut(span, size))
+            return
+        for piece in folder.cover(span, size, self._traced):
+            if piece.found:
+                self._run.workers.monitor.advance(Work(rays=samples * len(piece.direct)))
+            yield piece
+
+    def _traced(self, part: slice) -> Piece:
+        settings, workers = self._settings, self._run.workers
+        rays = self.scene, self.receivers[part], settings.samples, settings.seed
+        if settings.mode == "SHADOWED":
+            return Piece(part, shadowed(*rays, workers), None)
+        return Piece(part, *trace(*rays, self._returns, workers))
+
+
+def check_finite(groups: Sequence[ReceiverGroup]) -> None:
+    """Raises MeshError for the first group with coordinates that are not finite."""
+    for group in groups:
+        if not np.isfinite(group.points).all():
+            raise MeshError(
+                f"Mesh of '{group.name}' holds NaN or infinite coordinates: remove those vertices and bake again."
+            )
+
+
+def _edges(groups: Sequence[ReceiverGroup]) -> npt.NDArray[np.int64]:
+    """(E, 2) pairs of neighbours, counted through all groups."""
+    starts = np.cumsum([0, *map(len, groups)])
+    none = np.zeros((0, 2), dtype=np.int64)
+    return np.concatenate(
+        [none, *(group.edges + start for group, start in zip(groups, starts, strict=False) if group.edges is not None)]
+    )
+
+
+def _findings(
+    groups: Sequence[ReceiverGroup], scene: RayScene, direct: Float32, buried: npt.NDArray[np.bool_]
+) -> Iterator[tuple[int, str]]:
+    """What the person should know of (N, 9) transport and of which (N,) were filled, each with the number of its group."""
+    start = 0
+    for number, group in enumerate(groups):
+        part = slice(start, start + len(group))
+        for sentence in _about(group, scene, direct[part], buried[part]):
+            yield number, sentence
+        start = part.stop
+
+
+def _about(group: ReceiverGroup, scene: RayScene, direct: Float32, buried: npt.NDArray[np.bool_]) -> Iterator[str]:
+    """Of one group."""
+    if not len(group):
+        return
+    if buried.any():
+        share = f"{buried.mean():.0%}" if buried.mean() >= 0.01 else "Less than 1%"
+        yield f"{share} of the receivers of '{group.name}' lie inside other geometry and were filled from their neighbours."
+    if is_dark(direct).all():
+        yield (
+            f"No light reaches '{group.name}': unless it is a closed room, its faces point inwards "
+            "(Mesh > Normals > Recalculate Outside) or it lies inside other geometry."
+        )
+    blind = SMALLEST_SKIP * scene.radius
+    if blind > _TOO_BLIND * group.radius > 0.0:
+        yield (
+            f"'{group.name}' is tiny beside the scene: shadows from closer than {blind:.2g} are lost on it; move distant "
+            "objects closer, or hide them from renders."
+        )

@@ -1,0 +1,190 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What every ray of a bake hit, kept compactly: light can then bounce over it again and again without new rays."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ..monitor import Work
+from ..sphere import sh
+from ..spill import Spill, memory_of
+from ..workers import ALL_CORES, Workers
+from .direct import Pattern, Receivers
+from .raycast import Hits, RayScene
+
+Float32 = npt.NDArray[np.float32]
+Packed = npt.NDArray[np.uint64]
+UInt32 = npt.NDArray[np.uint32]
+
+ONE = 0xFFFF
+"""A barycentric of one, in the fixed point that hits are kept in."""
+
+KEEN = 0xFFC0
+"""The bits of a barycentric that random choices are made of: the rounding of a ray seldom changes them."""
+
+
+@dataclass(frozen=True)
+class KeptHits:
+    """Hits that return light, eight bytes each, in the order of the receivers and of the rays of each.
+
+    samples: rays that were cast per receiver.
+    starts: (N + 1,) int64; the hits of receiver x are `packed[starts[x]:starts[x + 1]]`.
+    packed: (H,) uint64; in the upper 32 bits a corner, counted through all triangles: k of triangle t is 3 t + k. It is
+        drawn by the barycentrics, and may stand for the hit. Then u and v in 16 bits each, `ONE` being 1.
+    """
+
+    samples: int
+    starts: npt.NDArray[np.int64]
+    packed: Packed
+
+    @property
+    def nbytes(self) -> int:
+        """Memory it occupies."""
+        return memory_of(self.starts, self.packed)
+
+    def __len__(self) -> int:
+        return len(self.starts) - 1
+
+
+class HitStore:
+    """The hits of many receivers in pieces, each of consecutive receivers: they are never copied into one array.
+
+    samples: rays that were cast per receiver.
+    pieces: in the order of the receivers. Where they are cut changes no result.
+    spill: where what belongs to the hits is kept.
+    """
+
+    def __init__(self, samples: int, budget: int) -> None:
+        """
+        Args:
+            samples: rays per receiver.
+            budget: bytes that may stay in memory; the hits beyond are kept on disk (see `spill`).
+        """
+        self.samples = samples
+        self.pieces: list[KeptHits] = []
+        self.spill = Spill(budget)
+
+    @classmethod
+    def of(cls, hits: KeptHits) -> HitStore:
+        """A store of one piece, all in memory."""
+        store = cls(hits.samples, sys.maxsize)
+        store.add(hits)
+        return store
+
+    def add(self, hits: KeptHits) -> None:
+        """Append the hits of the next receivers. Such as lie in a file already cost no memory."""
+        if hits.samples != self.samples:
+            raise ValueError(f"hits of {hits.samples} rays per receiver among those of {self.samples}")
+        self.pieces.append(KeptHits(hits.samples, hits.starts, self.spill.keep(hits.packed)))
+
+    @property
+    def count(self) -> int:
+        """Hits, of all receivers."""
+        return sum(len(piece.packed) for piece in self.pieces)
+
+    @property
+    def nbytes(self) -> int:
+        """Memory it occupies."""
+        return sum(piece.nbytes for piece in self.pieces)
+
+    def __len__(self) -> int:
+        return sum(map(len, self.pieces))
+
+
+def corners(packed: Packed) -> UInt32:
+    """(H,) the corner that may stand for each hit: one of its triangle's three, counted through all triangles."""
+    return np.asarray(packed).view("<u4")[1::2]
+
+
+def barycentrics(packed: Packed) -> tuple[UInt32, UInt32]:
+    """(H,) u and v, the shares of corners 1 and 2, in fixed point."""
+    both: UInt32 = np.asarray(packed).view("<u4")[::2]
+    return both >> np.uint32(16), both & np.uint32(ONE)
+
+
+def trace(
+    scene: RayScene,
+    receivers: Receivers,
+    samples: int,
+    seed: int,
+    returns: npt.NDArray[np.bool_],
+    workers: Workers = ALL_CORES,
+) -> tuple[Float32, KeptHits]:
+    """Direct transport, the same bits as `transport.shadowed`, and what the blocked rays hit.
+
+    A hit on a back face blocks the light and returns none, as does one on a triangle that returns nothing.
+
+    Args:
+        scene: what blocks the light.
+        receivers: N points.
+        samples, seed: the pattern of rays.
+        returns: (T,) whether a triangle's front returns light.
+        workers: who does it.
+
+    Returns:
+        (N, 9) float32 direct transport, and the hits.
+    """
+    pattern = Pattern(samples, seed)
+    direct = np.empty((len(receivers), sh.coefficient_count(sh.ORDER)), dtype=np.float32)
+    starts = np.zeros(len(receivers) + 1, dtype=np.int64)
+    chunks: dict[int, Packed] = {}
+
+    def work(part: slice) -> Work:
+        rays = pattern.rays(receivers[part])
+        hits = scene.hits(rays.origins, rays.directions)
+        direct[part] = pattern.project(hits.triangle < 0, rays.frames)
+        keep = hits.front & (hits.triangle >= 0)
+        keep &= returns.take(hits.triangle, mode="clip")
+        starts[part.start + 1 : part.stop + 1] = np.count_nonzero(keep.reshape(-1, samples), axis=1)
+        chunks[part.start] = _packed(hits, np.flatnonzero(keep))
+        return Work(rays=len(rays.origins))
+
+    workers.run(len(receivers), pattern.chunk, work)
+    np.cumsum(starts, out=starts)
+    return direct, KeptHits(samples, starts, _joined(chunks, starts, workers))
+
+
+def _packed(hits: Hits, which: npt.NDArray[np.intp]) -> Packed:
+    """Some of the hits in eight bytes each."""
+    u = _fixed_point(hits.u.take(which))
+    v = np.minimum(_fixed_point(hits.v.take(which)), ONE - u)
+    packed = np.empty((len(which), 2), dtype="<u4")
+    packed[:, 0] = u << 16 | v
+    packed[:, 1] = hits.triangle.take(which)
+    packed[:, 1] *= 3
+    packed[:, 1] += _drawn(u, v)
+    return packed.reshape(-1).view(np.uint64)
+
+
+def _drawn(u: UInt32, v: UInt32) -> npt.NDArray[np.uint8]:
+    """(H,) one corner of each triangle, 0..2, each with the probability of its barycentric.
+
+    The random number is made of the barycentrics themselves, and depends on nothing but where the ray hit.
+    """
+    number = ((u & KEEN) << 10 | (v & KEEN) >> 6) * np.uint32(0x9E3779B1) >> 16
+    not_first, second = number < u + v, number < u
+    return not_first.view(np.uint8) * np.uint8(2) - second.view(np.uint8)
+
+
+def _fixed_point(barycentric: Float32) -> UInt32:
+    barycentric *= np.float32(ONE)
+    barycentric += np.float32(0.5)
+    return np.clip(barycentric, 0.0, ONE, out=barycentric).astype(np.uint32)
+
+
+def _joined(chunks: dict[int, Packed], starts: npt.NDArray[np.int64], workers: Workers) -> Packed:
+    """All chunks in the order of the receivers; each is dropped once it is copied, to spare memory."""
+    packed = np.empty(starts[-1], dtype=np.uint64)
+    firsts = list(chunks)
+
+    def copy(part: slice) -> None:
+        for first in firsts[part]:
+            chunk = chunks.pop(first)
+            packed[starts[first] : starts[first] + len(chunk)] = chunk
+
+    workers.run(len(firsts), 1, copy)
+    return packed

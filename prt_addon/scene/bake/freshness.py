@@ -1,0 +1,198 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Whether bakes still hold, and why not.
+
+`freshness` reads the scene as a bake would, and is as slow; `glance` is for drawing: what can be told at once, and what
+the last check found. That is kept for the session and not in the file, which must not change because it was looked at.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field, fields
+from math import isclose
+from typing import Literal
+
+import bpy
+
+from ...core.problem import BakeSettings
+from ..blender.modes import object_mode
+from ..mesh.layers import is_baked
+from ..mesh.record import FORMAT_VERSION, BakeRecord, Evidence, read_record, same_transform, transform_of
+from ..settings import MODES, SPACES
+from .gather import survey
+
+State = Literal["FRESH", "STALE", "NEVER", "UNKNOWN", "NEWER", "UNCHECKED"]
+Cause = Literal["GEOMETRY", "MOVED", "OTHERS", "COLOURS", "SETTINGS"]
+
+_HEADLINES: dict[State, str] = {
+    "NEVER": "never baked",
+    "UNKNOWN": "of unknown origin",
+    "NEWER": "baked by a newer version",
+    "UNCHECKED": "baked, not checked",
+    "FRESH": "fresh",
+    "STALE": "stale",
+}
+_ADVICE: dict[State, str] = {
+    "UNKNOWN": "bake again to be able to check",
+    "NEWER": "use a newer version of PRT Relight",
+}
+_PHRASES: dict[Cause, str] = {
+    "GEOMETRY": "its geometry changed",
+    "MOVED": "it was moved",
+    "OTHERS": "other objects changed or moved",
+    "COLOURS": "colours that light bounces off changed",
+}
+_UNUSED = {"UNSHADOWED": {"samples", "seed", "bounces", "tolerance"}, "SHADOWED": {"bounces", "tolerance"}}
+"""Settings that do not matter to a mode."""
+
+
+@dataclass(frozen=True)
+class Freshness:
+    """How it stands with the bake of one object.
+
+    state: NEVER baked, UNKNOWN because an older version or another program baked it, NEWER because a newer version
+        did, UNCHECKED (only `glance`), FRESH or STALE.
+    causes: why it is stale, as phrases.
+    """
+
+    name: str
+    state: State
+    causes: dict[Cause, str] = field(default_factory=dict)
+
+    @property
+    def lines(self) -> list[str]:
+        """What to tell a person: a headline, and then what there is to say about it."""
+        details = [_ADVICE[self.state]] if self.state in _ADVICE else self.causes.values()
+        return [_HEADLINES[self.state], *details]
+
+    @property
+    def text(self) -> str:
+        """The lines as one."""
+        headline, *details = self.lines
+        return f"{headline}: {', '.join(details)}" if details else headline
+
+
+_found: dict[int, tuple[BakeRecord, frozenset[Cause]]] = {}
+"""By the session's identifier of an object: causes that the last check of a record found and drawing cannot find."""
+
+
+def freshness(
+    context: bpy.types.Context, objects: Iterable[bpy.types.Object], settings: BakeSettings | None = None
+) -> list[Freshness]:
+    """Compare what the bakes of objects depended on with what is there now.
+
+    Args:
+        settings: what they should have been baked with; the scene's if None.
+    """
+    objects = list(objects)
+    with object_mode(context):
+        records = {ob: record for ob in objects if (record := _checkable(ob))}
+        staying = [record.settings.mode for record in records.values() if record.space == "SCENE"]
+        evidence = survey(
+            context,
+            list(records),
+            others=any(mode != "UNSHADOWED" for mode in staying),
+            bounces=any(record.settings.mode == "INTERREFLECTED" for record in records.values()),
+        )
+        for (ob, record), now in zip(records.items(), evidence, strict=True):
+            _found[ob.session_uid] = record, _differences(record, now)
+        return [glance(context, ob, settings) for ob in objects]
+
+
+def note_baked(objects: Iterable[bpy.types.Object]) -> None:
+    """Objects were baked just now: what a check would find is known without looking."""
+    for ob in objects:
+        record = _checkable(ob)
+        if record:
+            _found[ob.session_uid] = record, frozenset()
+
+
+def glance(context: bpy.types.Context, ob: bpy.types.Object, settings: BakeSettings | None = None) -> Freshness:
+    """What can be told of an object without reading its mesh: cheap enough to be drawn.
+
+    Moves, other settings and other numbers of vertices are seen at once, all else as the last check found it.
+    Arguments as those of `freshness`.
+    """
+    record = _record(ob)
+    if record is None:
+        return Freshness(ob.name, "NEVER")
+    if record.fingerprint is None:
+        return Freshness(ob.name, "NEWER" if record.version > FORMAT_VERSION else "UNKNOWN")
+    judged, found = _found.get(ob.session_uid, (None, frozenset[Cause]()))
+    checked = judged == record  # another bake since then is another matter
+    causes: set[Cause] = set(found) if checked else set()
+    if record.elements != (len(ob.data.vertices), len(ob.data.loops)):
+        causes.add("GEOMETRY")
+    if not same_transform(
+        record.fingerprint.transform, transform_of(ob.matrix_world, record.settings.mode, record.space)
+    ):
+        causes.add("MOVED")
+    phrases = {cause: phrase for cause, phrase in _PHRASES.items() if cause in causes}
+    other_settings = _other_settings(record, settings or _scene_settings(context.scene), ob.prt.space)
+    if other_settings:
+        phrases["SETTINGS"] = f"baked with other settings ({other_settings})"
+    if phrases:
+        return Freshness(ob.name, "STALE", phrases)
+    return Freshness(ob.name, "FRESH" if checked else "UNCHECKED")
+
+
+def _record(ob: bpy.types.Object) -> BakeRecord | None:
+    """The record of an object's bake, which counts only with its layers; they count without it, as of unknown origin."""
+    if ob.type != "MESH":
+        return None
+    record = read_record(ob.data)
+    if record and record.version > FORMAT_VERSION:  # whose layers nobody knows
+        return record
+    return (record or BakeRecord(BakeSettings(), "SCENE")) if is_baked(ob.data) else None
+
+
+def _checkable(ob: bpy.types.Object) -> BakeRecord | None:
+    record = _record(ob)
+    return record if record and record.fingerprint else None
+
+
+def _differences(record: BakeRecord, evidence: Evidence) -> frozenset[Cause]:
+    """Causes that only the whole scene can tell."""
+    was, now = record.fingerprint, evidence.fingerprint(record.settings.mode, record.space)
+    assert was, "only such records are checked"
+    causes: set[Cause] = set()
+    if was.geometry != now.geometry:
+        causes.add("GEOMETRY")
+    if was.others != now.others:
+        causes.add("OTHERS")
+    if was.colours != now.colours and not causes:  # colours of other surfaces cannot be compared
+        causes.add("COLOURS")
+    return frozenset(causes)
+
+
+def _other_settings(record: BakeRecord, settings: BakeSettings, space: str) -> str:
+    """What differs between the settings of a bake and those of the next, or an empty string."""
+    told = []
+    if record.settings.mode != settings.mode:
+        told.append((_name(MODES, record.settings.mode), _name(MODES, settings.mode)))
+    else:
+        unused = _UNUSED.get(settings.mode, set())
+        if settings.tolerance > 0.0 and record.settings.tolerance > 0.0:
+            unused = unused | {"bounces"}
+        for entry in fields(BakeSettings):
+            was, now = (getattr(one, entry.name) for one in (record.settings, settings))
+            same = isclose(was, now, rel_tol=1e-6) if isinstance(was, float) else was == now
+            if entry.name not in unused and not same:
+                told.append(_told(entry.name, was, now))
+    if record.space != space:
+        told.append((f"for {_name(SPACES, record.space)}", _name(SPACES, space)))
+    return "; ".join(f"{was}, now {now}" for was, now in told)
+
+
+def _told(name: str, was: float, now: float) -> tuple[str, str]:
+    """A changed setting in words: `256 samples`, now `512`."""
+    before, after = (f"{value:g}" if isinstance(value, float) else str(value) for value in (was, now))
+    return (f"{before} {name}" if name in {"samples", "bounces"} else f"{name} {before}", after)
+
+
+def _name(items: list[tuple[str, str, str]], identifier: str) -> str:
+    return next((name.lower() for found, name, _ in items if found == identifier), identifier)
+
+
+def _scene_settings(scene: bpy.types.Scene) -> BakeSettings:
+    return BakeSettings(**{entry.name: getattr(scene.prt, entry.name) for entry in fields(BakeSettings)})

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Working where a job needs to, in Object Mode and in the scene that it was begun in, and leaving people where they were."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import bpy
+
+from ...core.errors import MeshError
+
+
+@contextmanager
+def object_mode(context: bpy.types.Context) -> Iterator[None]:
+    """Object Mode inside, the mode before outside: meshes in Edit Mode hide their attributes."""
+    active = context.view_layer.objects.active
+    mode = active.mode if active else "OBJECT"
+    if mode != "OBJECT":
+        bpy.ops.object.mode_set(mode="OBJECT")
+    try:
+        yield
+    finally:
+        if mode != "OBJECT":
+            bpy.ops.object.mode_set(mode=mode)
+
+
+@dataclass(frozen=True)
+class Place:
+    """Which scene and view layer a job was begun in: by the time it ends, the window may show another."""
+
+    scene: str
+    layer: str
+
+    @classmethod
+    def of(cls, context: bpy.types.Context) -> Place:
+        """The one that a context shows."""
+        return cls(context.scene.name, context.view_layer.name)
+
+    @contextmanager
+    def again(self, context: bpy.types.Context) -> Iterator[None]:
+        """Act there.
+
+        Raises:
+            MeshError: if it is gone.
+        """
+        scene = found_again(bpy.data.scenes, "Scene", self.scene)
+        layer = found_again(scene.view_layers, "View layer", self.layer)
+        if context.scene == scene and context.view_layer == layer:
+            yield
+            return
+        with context.temp_override(scene=scene, view_layer=layer):
+            yield
+
+
+def found_again(collection: Any, kind: str, name: str) -> Any:
+    """A data-block that was there when a job began.
+
+    Raises:
+        MeshError: if it is no more.
+    """
+    found = collection.get(name)
+    if found is None:
+        raise MeshError(f"{kind} '{name}' was removed or renamed meanwhile; nothing was changed.")
+    return found

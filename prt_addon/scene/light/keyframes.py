@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Skies that change in what no driver can follow: their light, projected frame by frame and keyframed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+
+import bpy
+
+from ...core.errors import LightError
+from ..sky.projection import Windowing, project
+from ..sky.sky import read_sky
+from .light import keyframe_light, mark_keyframed, unmark_keyframed, write_light
+
+
+def keyframes(first: int, last: int, step: int) -> list[int]:
+    """Every step-th frame of a range, and the last.
+
+    Raises:
+        LightError: if the range is empty.
+    """
+    if last < first:
+        raise LightError(f"There are no frames from {first} to {last}: let the end follow the start.")
+    return sorted({*range(first, last + 1, step), last})
+
+
+def keyframe(
+    scene: bpy.types.Scene,
+    frames: list[int],
+    windowing: Windowing,
+    counted: Callable[[list[int]], Iterable[int]] = iter,
+) -> None:
+    """Project the scene's world at some frames, ascending, and keyframe its light there; the scene stays at its frame.
+
+    Rotation and strength are followed live, as always.
+
+    Args:
+        counted: goes through the frames, and may tell how far it is.
+
+    Raises:
+        LightError, PictureError: if the world cannot be projected at one of the frames; nothing was changed.
+    """
+    projections = []
+    with _browsing(scene, frames[0], frames[-1]):
+        for frame in counted(frames):
+            scene.frame_set(frame)
+            projections.append(project(read_sky(scene), windowing))
+    write_light(read_sky(scene), projections[0])
+    mark_keyframed(scene.world, frames[0], frames[-1])
+    for frame, projection in zip(frames, projections, strict=True):
+        keyframe_light(scene.world, projection.light, frame)
+    scene.frame_set(scene.frame_current, subframe=scene.frame_subframe)  # the light of this frame
+
+
+@contextmanager
+def _browsing(scene: bpy.types.Scene, first: int, last: int) -> Iterator[None]:
+    """Inside, frames may be changed, and no light follows them by itself; the scene returns to its frame."""
+    now, world = (scene.frame_current, scene.frame_subframe), read_sky(scene).world
+    marked = mark_keyframed(world, first, last)
+    try:
+        yield
+    finally:
+        if marked:
+            unmark_keyframed(world)
+        scene.frame_set(now[0], subframe=now[1])

@@ -1,0 +1,317 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The SH light on the World: nine RGB custom properties, and drivers that carry its turn and strength.
+
+The light is stored with the world's rotation at zero. Its turn is stored as the images of the three axes under
+the world's Mapping node, by drivers that need no Python (simple expressions): a saved file turns and renders in a
+Blender that has never heard of this extension. Shaders read all of it with Attribute nodes of type View Layer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import bpy
+import numpy as np
+import numpy.typing as npt
+
+from ...core.errors import LightError
+from ...core.sphere import sh
+from ...core.sphere.rotation import rotation_matrix
+from ..blender.libraries import check_own, is_own
+from ..blender.nodes import feeding_socket
+from ..blender.versions import refuse_newer, version_of
+from ..sky.projection import Projection, Windowing
+from ..sky.sky import Sky
+
+Array = npt.NDArray[np.float64]
+
+LIGHT_VERSION = 1
+LIGHT = tuple(f"prt_light_{i}" for i in range(sh.coefficient_count(sh.ORDER)))
+TURN = ("prt_turn_x", "prt_turn_y", "prt_turn_z")
+"""Column k of the rotation R under which a direction w looks up the sky at R w."""
+STRENGTH = "prt_strength"
+RECORD = "prt_light"
+FRAMES, REPAINTED = "frames", "repainted"
+"""Keys of the record: the first and last keyframe of a keyframed light; the picture whose texels have changed since."""
+
+_DRIVEN = (*TURN, STRENGTH)
+
+# Entries of R = Rz Ry Rx for Euler angles x, y, z (Blender's XYZ order), as simple expressions.
+_EULER_MATRIX = (
+    ("cos(y)*cos(z)", "sin(x)*sin(y)*cos(z)-cos(x)*sin(z)", "cos(x)*sin(y)*cos(z)+sin(x)*sin(z)"),
+    ("cos(y)*sin(z)", "sin(x)*sin(y)*sin(z)+cos(x)*cos(z)", "cos(x)*sin(y)*sin(z)-sin(x)*cos(z)"),
+    ("-sin(y)", "sin(x)*cos(y)", "cos(x)*cos(y)"),
+)
+
+
+@dataclass(frozen=True)
+class Followed:
+    """The sockets whose values the light follows; None where it follows none."""
+
+    rotation: bpy.types.NodeSocket | None
+    strength: bpy.types.NodeSocket | None
+
+
+def write_light(sky: Sky, projection: Projection, insert: bool = True) -> None:
+    """Store a light on the sky's world and let it follow the world's nodes.
+
+    Args:
+        insert: whether to insert a Mapping node if the world has none and there is one place for it, so that there is
+            something to turn.
+
+    Raises:
+        LightError, VersionError: see `check_world`.
+    """
+    world = sky.world
+    check_world(world)
+    remove_light(world)
+    mapping = sky.mapping or (insert_mapping(sky.entry) if insert and sky.entry else None)
+    store_light(world, projection.light)
+    world[RECORD] = {
+        "version": LIGHT_VERSION,
+        "order": sh.ORDER,
+        "mapping": mapping.name if mapping else "",
+        "strength": sky.strength.node.name if sky.strength else "",
+        **asdict(projection.identity),
+        **asdict(projection.windowing),
+        "factors": projection.factors.tolist(),
+        "negative": list(projection.negative),
+    }
+    _follow(sky, mapping)
+    world.update_tag()
+
+
+def check_world(world: bpy.types.World) -> None:
+    """Raises LightError if a world cannot be changed, VersionError if it carries a light of a newer version."""
+    check_own(world, f"World '{world.name}'", "project it", LightError)
+    check_version(world)
+
+
+def check_version(world: bpy.types.World) -> None:
+    """Raises VersionError if a newer version projected a world."""
+    refuse_newer(f"World '{world.name}' was projected", version_of(world.get(RECORD)), LIGHT_VERSION)
+
+
+_KINDS: dict[str, type | tuple[type, ...]] = {
+    "version": int,
+    "graph": str,
+    "pictures": str,
+    "mapping": str,
+    "strength": str,
+    "window": str,
+    "cutoff": (int, float),
+    REPAINTED: str,
+}
+
+
+def read_record(world: bpy.types.World) -> Mapping[str, Any]:
+    """What is noted of a world's light; empty if there is nothing, or not what we write: then it is of unknown origin."""
+    record = world.get(RECORD)
+    if not hasattr(record, "keys"):
+        return {}
+    frames = record.get(FRAMES, (0, 0))
+    fits = all(isinstance(record[name], kind) for name, kind in _KINDS.items() if name in record)
+    return record if fits and not isinstance(frames, str) and hasattr(frames, "__len__") and len(frames) == 2 else {}
+
+
+def windowing_of(world: bpy.types.World) -> Windowing:
+    """With what the world's light was windowed."""
+    record = read_record(world)
+    return Windowing(record["window"], record["cutoff"])
+
+
+def store_light(world: bpy.types.World, light: Array) -> None:
+    """Write (9, 3) coefficients as the world's custom properties."""
+    for name, rgb in zip(LIGHT, light, strict=True):
+        world[name] = [float(channel) for channel in rgb]
+
+
+def read_light(world: bpy.types.World) -> Array:
+    """The stored (9, 3) light of a world that `has_light`."""
+    return np.array([list(world[name]) for name in LIGHT])
+
+
+def read_turn(world: bpy.types.World) -> Array:
+    """The (3, 3) rotation R that the drivers hold: the sky seen along w is the picture's along R w."""
+    return np.array([list(world[name]) for name in TURN]).T
+
+
+def shown_light(world: bpy.types.World, update: bool = True) -> Array:
+    """(9, 3) the light as it is turned and scaled now; without an update, as Blender last evaluated it.
+
+    Raises:
+        LightError: if the world carries none.
+        VersionError: if a newer version projected it.
+    """
+    check_version(world)
+    if not has_light(world):
+        raise LightError("The scene's world carries no SH light: press Project World (prt.project_light).")
+    if update:
+        bpy.context.view_layer.update()  # the drivers' latest word
+    return float(world[STRENGTH]) * (rotation_matrix(read_turn(world).T) @ read_light(world))
+
+
+def write_still_light(world: bpy.types.World, light: Array) -> None:
+    """Store a light (9, 3) that follows no nodes: unturned, at strength 1."""
+    check_world(world)
+    remove_light(world)
+    store_light(world, light)
+    for name, axis in zip(TURN, np.eye(3), strict=True):
+        world[name] = axis.tolist()
+    world[STRENGTH] = 1.0
+    world[RECORD] = {"version": LIGHT_VERSION, "order": sh.ORDER}
+    world.update_tag()
+
+
+def has_light(world: bpy.types.World | None) -> bool:
+    """Whether a world carries an SH light."""
+    return world is not None and all(name in world for name in LIGHT)
+
+
+def is_projected(world: bpy.types.World) -> bool:
+    """Whether the light of a world was made from its own sky, and not read from a file."""
+    record = read_record(world)
+    return all(name in record for name in ("graph", "pictures", "mapping", "strength", "window", "cutoff"))
+
+
+def is_keyframed(world: bpy.types.World) -> bool:
+    """Whether the light of a world was projected frame by frame, and is left alone until it is projected by hand."""
+    return FRAMES in read_record(world)
+
+
+def why_it_stays(world: bpy.types.World) -> str:
+    """Why a bake leaves the light of a world alone, as part of a sentence; empty if it projects the world's sky anew."""
+    if is_keyframed(world):
+        return "is keyframed"
+    return "was imported" if has_light(world) and not is_projected(world) else ""
+
+
+def followed(world: bpy.types.World) -> Followed:
+    """The sockets that turn and scale the light of a world."""
+    record, tree = read_record(world), world.node_tree
+    if not record or not tree:
+        return Followed(None, None)
+    mapping, holder = (tree.nodes.get(record.get(key, "")) for key in ("mapping", "strength"))
+    strength = (holder.inputs.get("Strength") or next(iter(holder.outputs), None)) if holder else None
+    return Followed(mapping.inputs.get("Rotation") if mapping else None, strength)
+
+
+def remove_light(world: bpy.types.World) -> bool:
+    """Remove light, record, drivers and keyframes from a world; True if there was any. An added Mapping node stays."""
+    _remove_drivers(world)
+    _remove_keyframes(world)
+    present = [name for name in (*LIGHT, *_DRIVEN, RECORD) if name in world]
+    for name in present:
+        del world[name]
+    return bool(present)
+
+
+def remove_lights() -> None:
+    """Remove the light from all worlds, save those of libraries and of newer versions."""
+    for world in bpy.data.worlds:
+        if is_own(world) and version_of(world.get(RECORD)) <= LIGHT_VERSION:
+            remove_light(world)
+
+
+def keyframe_light(world: bpy.types.World, light: Array, frame: int) -> None:
+    """Store a light (9, 3) and keyframe it; between keyframes it goes in straight lines, as light adds up."""
+    store_light(world, light)
+    for name in LIGHT:
+        world.keyframe_insert(f'["{name}"]', frame=frame)
+    for curve in _light_curves(world):
+        for point in curve.keyframe_points:
+            point.interpolation = "LINEAR"
+
+
+def mark_keyframed(world: bpy.types.World, first: int, last: int) -> bool:
+    """Note in the record that the light is keyframed; False if there is none, or it was noted before."""
+    record = world.get(RECORD)
+    if record is None or FRAMES in record:
+        return False
+    record[FRAMES] = [first, last]
+    return True
+
+
+def unmark_keyframed(world: bpy.types.World) -> None:
+    """Take the note back."""
+    del world[RECORD][FRAMES]
+
+
+def insert_mapping(entry: bpy.types.NodeSocket) -> bpy.types.Node:
+    """Add Texture Coordinate > Mapping before an input that looks along the view; what is seen stays where it was."""
+    tree = entry.id_data
+    mapping = tree.nodes.new("ShaderNodeMapping")
+    mapping.location = (entry.node.location.x - 200.0, entry.node.location.y)
+    coordinate = feeding_socket(entry)
+    if coordinate is None:
+        node = tree.nodes.new("ShaderNodeTexCoord")
+        node.location = (mapping.location.x - 200.0, mapping.location.y)
+        coordinate = node.outputs["Generated"]
+    tree.links.new(coordinate, mapping.inputs["Vector"])
+    tree.links.new(mapping.outputs["Vector"], entry)
+    return mapping
+
+
+def _follow(sky: Sky, mapping: bpy.types.Node | None) -> None:
+    world = sky.world
+    for name, axis in zip(TURN, np.eye(3), strict=True):
+        world[name] = axis.tolist()
+    world[STRENGTH] = 1.0
+    if mapping:
+        rotation = _socket_path(mapping.inputs["Rotation"])
+        angles = {axis: f"{rotation}[{i}]" for i, axis in enumerate("xyz")}
+        inverse = mapping.vector_type == "TEXTURE"  # this type undoes the rotation: the transposed matrix
+        for column, name in enumerate(TURN):
+            for row in range(3):
+                expression = _EULER_MATRIX[column][row] if inverse else _EULER_MATRIX[row][column]
+                _drive(world, name, row, expression, angles)
+    if sky.strength:
+        _drive(world, STRENGTH, -1, "s", {"s": _socket_path(sky.strength)})
+
+
+def _drive(world: bpy.types.World, name: str, index: int, expression: str, variables: dict[str, str]) -> None:
+    driver = world.driver_add(f'["{name}"]', index).driver
+    driver.type = "SCRIPTED"
+    for variable_name, path in variables.items():
+        if variable_name not in expression:
+            continue
+        variable = driver.variables.new()
+        variable.name = variable_name
+        target = variable.targets[0]
+        target.id_type, target.id, target.data_path = "WORLD", world, path
+    driver.expression = expression
+
+
+def _remove_drivers(world: bpy.types.World) -> None:
+    for name in _DRIVEN:
+        if name in world:
+            world.driver_remove(f'["{name}"]')
+
+
+def _remove_keyframes(world: bpy.types.World) -> None:
+    channels = _channels(world)
+    for curve in _light_curves(world):
+        channels.remove(curve)
+
+
+def _light_curves(world: bpy.types.World) -> list[bpy.types.FCurve]:
+    paths = {f'["{name}"]' for name in LIGHT}
+    return [curve for curve in _channels(world) or () if curve.data_path in paths]
+
+
+def _channels(world: bpy.types.World) -> Any:
+    """The animation curves of a world; None if it has none."""
+    data = world.animation_data
+    if not data or not data.action or not data.action.layers:
+        return None
+    bag = data.action.layers[0].strips[0].channelbag(data.action_slot)
+    return bag.fcurves if bag else None
+
+
+def _socket_path(socket: bpy.types.NodeSocket) -> str:
+    node = socket.node
+    side = "outputs" if socket.is_output else "inputs"
+    number = list(getattr(node, side)).index(socket)
+    return f'node_tree.nodes["{bpy.utils.escape_identifier(node.name)}"].{side}[{number}].default_value'

@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The SH light to look at: a picture of it beside the sky it was made from, a small one for the panel, and what it kept."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import bpy
+import bpy.utils.previews
+import numpy as np
+import numpy.typing as npt
+
+from ...core.digest import digest
+from ...core.errors import PRTError
+from ...core.sky import preview
+from ...core.sphere.window import energy_shares
+from ..blender.images import write_pixels
+from ..sky.projection import sky_picture
+from ..sky.sky import read_sky
+from . import light
+
+_HEIGHT = 256
+_ICON_HEIGHT = 64
+
+_totals: dict[bytes, float] = {}
+"""Energy of the skies that were looked at in this session, by the digest of the light made from them."""
+_icons: bpy.utils.previews.ImagePreviewCollection | None = None
+_shown: bytes = b""
+"""Digest of the light that the icon shows."""
+
+
+@dataclass(frozen=True)
+class Kept:
+    """How the energy, the integral of the square over the sphere, is spread.
+
+    bands: share of each band.
+    of_sky: whether shares are of the sky's energy, which tells what was lost; else of the light's own.
+    """
+
+    bands: npt.NDArray[np.float64]
+    of_sky: bool
+
+
+def make_picture(scene: bpy.types.Scene) -> tuple[bpy.types.Image, bool]:
+    """Draw what the world's light shows, as it is turned now, into the image "PRT Light of X", right of the sky itself.
+
+    The image is float, in the same units left and right, and packed.
+
+    Returns:
+        The image, and whether the sky is in it: not if the light follows no nodes, as an imported one.
+
+    Raises:
+        LightError: if the world carries no light.
+    """
+    shown = light.shown_light(scene.world)
+    parts = [preview.light_picture(shown, _HEIGHT)]
+    sky = _sky_picture(scene)
+    if sky is not None:
+        _totals[digest(light.read_light(scene.world))] = preview.energy(sky)
+        strength = np.float32(scene.world[light.STRENGTH])
+        parts.insert(0, strength * preview.turned_picture(sky, light.read_turn(scene.world), _HEIGHT))
+    return _written(f"PRT Light of {scene.world.name}", np.concatenate(parts, axis=1)), sky is not None
+
+
+def kept(world: bpy.types.World) -> Kept:
+    """How much of the energy lies in each band of the light of a world that has one; cheap."""
+    stored = light.read_light(world)
+    total = _totals.get(digest(stored))
+    return Kept(energy_shares(stored, total), total is not None)
+
+
+def icon(world: bpy.types.World) -> int:
+    """Identifier of a small picture of the light as it is turned now, for drawing; 0 where Blender has no window.
+
+    It lives in memory, not in the file, and is drawn again when the light has changed.
+    """
+    global _icons, _shown
+    shown = light.shown_light(world, update=False)
+    if _icons is None:
+        _icons, _shown = bpy.utils.previews.new(), b""
+        _icons.new("light").image_size = (2 * _ICON_HEIGHT, _ICON_HEIGHT)
+    if _shown != (found := digest(shown)):
+        pixels = preview.display(preview.light_picture(shown, _ICON_HEIGHT))
+        _icons["light"].image_pixels_float.foreach_set(pixels.reshape(-1))
+        _shown = found
+    return int(_icons["light"].icon_id)
+
+
+def unregister() -> None:
+    """Give back what is kept in memory."""
+    global _icons
+    if _icons is not None:
+        bpy.utils.previews.remove(_icons)
+        _icons = None
+    _totals.clear()
+
+
+def _sky_picture(scene: bpy.types.Scene) -> npt.NDArray[np.float32] | None:
+    """The sky that the light follows, unturned and at strength 1."""
+    if not light.is_projected(scene.world):
+        return None
+    try:
+        return sky_picture(read_sky(scene))
+    except PRTError:  # the light was made from another
+        return None
+
+
+def _written(name: str, picture: npt.NDArray[np.float32]) -> bpy.types.Image:
+    """The image of that name, made or changed to show the picture."""
+    height, width = picture.shape[:2]
+    image = bpy.data.images.get(name) or bpy.data.images.new(name, width, height, float_buffer=True)
+    if tuple(image.size) != (width, height):
+        image.scale(width, height)
+    write_pixels(image, picture)
+    image.pack()
+    return image

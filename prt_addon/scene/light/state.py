@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Whether a world's SH light still is that of its nodes and pictures."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import bpy
+
+from ...core.errors import PRTError
+from ..sky.identity import identity
+from ..sky.sky import Sky, read_world
+from .light import FRAMES, RECORD, REPAINTED, has_light, is_keyframed, is_projected, read_record
+
+
+@dataclass(frozen=True)
+class LightState:
+    """Whether a world's light still is its sky's: one phrase. Only what follows its nodes can be `stale`.
+
+    not_followed: what needs another projection although the light follows nodes, each a part of a sentence.
+    """
+
+    stale: bool
+    text: str
+    not_followed: tuple[str, ...] = ()
+
+
+def light_state(world: Any) -> LightState:
+    """Whether the light is still that of the world's nodes and pictures; fast enough to ask while they are edited.
+
+    Args:
+        world: a World or None; may be an evaluated one, where a depsgraph and not the file says what it is now.
+    """
+    if not has_light(world):
+        return LightState(False, "No light yet: project the world")
+    if not is_projected(world.original):
+        return LightState(False, "Light was imported: it follows no nodes")
+    record = read_record(world.original)
+    if is_keyframed(world.original):
+        return LightState(False, "Light is keyframed, frames {} to {}".format(*record[FRAMES]))
+    try:
+        sky = read_world(world)
+    except PRTError as error:
+        return LightState(True, str(error))
+    now = identity(sky)
+    changes = {
+        "a picture is another, or its file has changed": now.pictures != record["pictures"],
+        f"'{record.get(REPAINTED)}' was painted on or changed": REPAINTED in record,
+        "the nodes have changed": now.graph != record["graph"],
+        "another node turns it": (sky.mapping.name if sky.mapping else "") != record["mapping"],
+        "its strength comes from elsewhere": (sky.strength.node.name if sky.strength else "") != record["strength"],
+    }
+    why = ", ".join(reason for reason, changed in changes.items() if changed)
+    return LightState(bool(why), f"Light is stale: {why}" if why else "Light is fresh", tuple(_not_followed(sky)))
+
+
+def _not_followed(sky: Sky) -> list[str]:
+    """What drivers do not reach, and what to do about it."""
+    insertable = ["its rotation is followed once Project World has inserted a Mapping node"] if sky.entry else []
+    return insertable + sky.not_followed
+
+
+def note_repainted(world: bpy.types.World, image: bpy.types.Image) -> None:
+    """Remember that the texels of one of the world's pictures may have changed: nothing else would tell."""
+    if not is_projected(world) or is_keyframed(world):
+        return
+    try:
+        shown = image in read_world(world).images
+    except PRTError:
+        return
+    if shown:
+        world[RECORD][REPAINTED] = image.name

@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Colours of materials whose nodes we do not read, evaluated by Cycles itself at the corners of a mesh.
+
+Blender's own colour bake runs on a copy of the evaluated mesh, alone in a scene of its own (see `evaluation`).
+
+Where the colour of one shader is asked for, a copy of the material shows it as a Diffuse BSDF, so that metallic,
+specular and alpha do not change it. Else the whole material is evaluated: the colours of its diffuse and of its glossy
+reflection are added, because the first of a metal is black, and divided by its opacity.
+
+Limits: Generated coordinates are those of the evaluated mesh, Object Info's Random differs, and nodes that look at
+other objects (Ambient Occlusion, Bevel) find none.
+
+One evaluation takes some hundredths of a second at least, as Blender sets up a render for it. A thousand instances of
+one thing are therefore evaluated once, unless a node of its materials may ask where it stands.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+import numpy.typing as npt
+
+from ..blender.cycles_scene import cycles_scene, selected_alone
+from ..mesh.meshes import layer_array
+from .colour_nodes import connect, remove_parts
+from .reading import Colour
+
+Float32 = npt.NDArray[np.float32]
+
+_LAYER = "prt_cycles_colour"
+
+_ASK_FOR_PLACE = {
+    "ShaderNodeAmbientOcclusion",
+    "ShaderNodeAttribute",
+    "ShaderNodeBevel",
+    "ShaderNodeCameraData",
+    "ShaderNodeHairInfo",
+    "ShaderNodeNewGeometry",
+    "ShaderNodeObjectInfo",
+    "ShaderNodeParticleInfo",
+    "ShaderNodePointInfo",
+    "ShaderNodeScript",
+    "ShaderNodeVectorTransform",
+    "ShaderNodeWireframe",
+}
+"""Nodes whose value may be another for another instance."""
+
+_remembered: dict[object, Float32] | None = None
+"""Evaluations of the scene that is being read; None while none is, as pointers to its data are valid no longer."""
+
+
+@dataclass(frozen=True)
+class Unread:
+    """A material that Cycles shall evaluate; `colour` is what is wanted of it, None for the whole."""
+
+    material: bpy.types.Material
+    colour: Colour | None = None
+
+
+def corner_colours(
+    ob: bpy.types.Object, matrix: npt.NDArray[np.float64], slots: Mapping[int, Unread]
+) -> Float32 | None:
+    """(corners, 3) linear colours of an evaluated object's mesh under a (4, 4) matrix, on faces of some material slots.
+
+    Args:
+        slots: which, and their materials; the colours of other faces mean nothing.
+
+    Returns:
+        None if Blender cannot bake now: Cycles is disabled, or the context forbids it.
+    """
+    if _remembered is None or not all(_same_everywhere(unread.material.node_tree) for unread in slots.values()):
+        return _evaluated(ob, matrix, slots)
+    wanted = tuple((index, unread.material.name_full, unread.colour is None) for index, unread in slots.items())
+    key = ob.data.as_pointer(), len(ob.data.loops), len(ob.data.polygons), wanted
+    if key not in _remembered:
+        colours = _evaluated(ob, matrix, slots)
+        if colours is None:
+            return None
+        _remembered[key] = colours
+    return _remembered[key]
+
+
+@contextmanager
+def remember_instances() -> Iterator[None]:
+    """While one state of the scene is read: evaluate what looks the same everywhere once, for all of its instances."""
+    global _remembered
+    _remembered = {}
+    try:
+        yield
+    finally:
+        _remembered = None
+
+
+def _same_everywhere(tree: bpy.types.NodeTree | None) -> bool:
+    """Whether no node of a tree may ask where the object stands."""
+    for node in tree.nodes if tree else ():
+        if node.bl_idname in _ASK_FOR_PLACE:
+            return False
+        if node.bl_idname == "ShaderNodeTexCoord" and (
+            node.object or any(node.outputs[name].is_linked for name in ("Camera", "Window", "Reflection"))
+        ):
+            return False
+        if node.bl_idname == "ShaderNodeGroup" and not _same_everywhere(node.node_tree):
+            return False
+    return True
+
+
+def _evaluated(ob: bpy.types.Object, matrix: npt.NDArray[np.float64], slots: Mapping[int, Unread]) -> Float32 | None:
+    mesh = bpy.data.meshes.new_from_object(ob)
+    copies: list[bpy.types.Material] = []
+    try:
+        while len(mesh.materials) <= max(slots):
+            mesh.materials.append(None)
+        for index in range(len(mesh.materials)):
+            unread = slots.get(index)
+            if unread and unread.colour:
+                copies.append(_matte_copy(unread.material.original, unread.colour))
+                mesh.materials[index] = copies[-1]
+            else:
+                mesh.materials[index] = unread.material.original if unread else None
+        whole = any(unread.colour is None for unread in slots.values())
+        with cycles_scene("PRT Colours") as scene, selected_alone(scene, mesh) as stand_in:
+            stand_in.matrix_world = matrix.T.tolist()  # bpy wants columns
+            stand_in.color, stand_in.pass_index = ob.color, ob.pass_index
+            diffuse = _baked(mesh, "DIFFUSE")
+            glossy = _baked(mesh, "GLOSSY") if whole else np.zeros_like(diffuse)
+    except (RuntimeError, TypeError):  # the operator refuses; the engine is not registered
+        return None
+    finally:
+        bpy.data.meshes.remove(mesh)
+        for copy in copies:
+            remove_parts(copy.node_tree)
+            bpy.data.materials.remove(copy)
+    opacity = diffuse[:, 3:]
+    opaque = np.where(opacity > 0.0, opacity, np.float32(1.0))
+    colour: Float32 = (diffuse[:, :3] + glossy[:, :3]) / opaque
+    return colour
+
+
+def _matte_copy(material: bpy.types.Material, colour: Colour) -> bpy.types.Material:
+    """A copy of a material whose surface is a Diffuse BSDF of a colour that was read of it."""
+    copy = material.copy()
+    tree = copy.node_tree
+    shader = tree.nodes.new("ShaderNodeBsdfDiffuse")
+    connect(tree, colour, shader.inputs["Color"])
+    output = tree.nodes.new("ShaderNodeOutputMaterial")
+    output.target, output.is_active_output = "CYCLES", True
+    tree.links.new(shader.outputs[0], output.inputs["Surface"])
+    return copy
+
+
+def _baked(mesh: bpy.types.Mesh, kind: str) -> Float32:
+    """(corners, 4) a colour pass of the active object, whose mesh this is."""
+    if _LAYER not in mesh.attributes:
+        mesh.attributes.new(_LAYER, "FLOAT_COLOR", "CORNER")
+    mesh.color_attributes.active_color_name = _LAYER
+    bpy.ops.object.bake(type=kind, pass_filter={"COLOR"}, target="VERTEX_COLORS", use_clear=True)
+    return layer_array(mesh, _LAYER, "color", 4)

@@ -1,0 +1,243 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A material read once: the colour that its surface shows under diffuse light, and that light takes on where it bounces off.
+
+Both take the same reading, so that they cannot disagree. The colours of shaders are read from their inputs, mixed as the
+material mixes the shaders, through groups, reroutes and whatever is muted.
+
+Transport is diffuse and opaque. A metal shows its base colour as if it were matte, gloss and glass likewise. A Transparent
+BSDF takes no part: what is mixed with it counts as whole. Light that materials emit is no colour: black.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+import bpy
+
+from ..blender.nodes import Wiring, uses_nodes
+
+Engine = Literal["EEVEE", "CYCLES"]
+RGB = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Constant:
+    """A colour, or a number three times."""
+
+    rgb: RGB
+
+
+@dataclass(frozen=True)
+class Source:
+    """What an output of a node gives, in the material's own tree, or in that of the group that an `Inside` names."""
+
+    socket: bpy.types.NodeSocket
+
+
+@dataclass(frozen=True)
+class Inside:
+    """What is found inside a node group."""
+
+    group: bpy.types.Node
+    colour: Colour
+
+
+@dataclass(frozen=True)
+class Mixed:
+    """`first` where the factor is 0, `second` where it is 1."""
+
+    factor: Colour
+    first: Colour
+    second: Colour
+
+
+@dataclass(frozen=True)
+class Sum:
+    """Both at once."""
+
+    first: Colour
+    second: Colour
+
+
+Colour = Constant | Source | Inside | Mixed | Sum
+
+BLACK = Constant((0.0, 0.0, 0.0))
+
+_MOST_SHADERS = 32
+"""Of a material whose colour is mixed in nodes."""
+
+_DEEPEST = 100
+"""Steps from the output to a shader."""
+
+_COLOURLESS = {"ShaderNodeEmission", "ShaderNodeHoldout", "ShaderNodeBackground"}
+"""Shaders that are opaque and reflect nothing."""
+
+
+@dataclass(frozen=True)
+class MaterialReading:
+    """How a material looks to one engine.
+
+    output: the person's own Material Output for it; None if there is none, or the material has no nodes.
+    colour: of the surface; None if nothing reflects light, or what does cannot be read.
+    why_not: why it cannot be read, to stand after the name of the material and a colon; empty if it can.
+    """
+
+    output: bpy.types.Node | None
+    colour: Colour | None
+    why_not: str = ""
+
+
+OURS = "prt_were_active"
+"""Custom property of the output that we add: the names of the outputs that were active before it, a line each."""
+
+
+def read_material(material: bpy.types.Material, engine: Engine) -> MaterialReading:
+    """Read a material as an engine shows it, or would without us."""
+    if not uses_nodes(material):
+        return MaterialReading(None, Constant(_three(material.diffuse_color)))
+    output = own_output(material.node_tree, engine)
+    if output is None:
+        return MaterialReading(None, None)
+    try:
+        return MaterialReading(output, _Reader().surface(output.inputs["Surface"]))
+    except _NotRead as reason:
+        return MaterialReading(output, None, str(reason))
+
+
+def own_output(tree: bpy.types.NodeTree, engine: Engine) -> bpy.types.Node | None:
+    """The person's own output that an engine shows: as `get_output_node`, which would find ours.
+
+    One that is made for the engine comes before one for all, and among equals the active one.
+    """
+    outputs = [node for node in tree.nodes if node.bl_idname == "ShaderNodeOutputMaterial"]
+    ours = next((node for node in outputs if OURS in node), None)
+    were_active = ours[OURS].split("\n") if ours else [node.name for node in outputs if node.is_active_output]
+    own = [node for node in outputs if node != ours and node.target in {engine, "ALL"}]
+    return max(own, key=lambda node: (node.target == engine, node.name in were_active), default=None)
+
+
+class _NotRead(Exception):
+    """Something that only Blender can evaluate; the message says what."""
+
+
+_Path = tuple[bpy.types.Node, ...]
+
+
+@dataclass
+class _Reader:
+    """Reads colours of shaders. A path is the group nodes that one has gone into, outermost first."""
+
+    wiring: Wiring = field(default_factory=Wiring)
+    shaders: int = 0
+    _open: set[tuple[int, ...]] = field(default_factory=set)
+
+    def surface(self, entry: bpy.types.NodeSocket) -> Colour | None:
+        """The colour of the shader that feeds an input; None if nothing behind it reflects light."""
+        colour = self._shader(entry, ())
+        return colour if self.shaders else None
+
+    def _shader(self, entry: bpy.types.NodeSocket, path: _Path) -> Colour | None:
+        """The colour of the shader that feeds an input; None if it lets all light through."""
+        source = self.wiring.source(entry)
+        if source is None:
+            return BLACK
+        node = source.node
+        here = (*(group.as_pointer() for group in path), node.as_pointer())
+        if here in self._open:
+            return BLACK  # a loop shows nothing
+        if len(self._open) > _DEEPEST:
+            raise _NotRead(f"its shaders are mixed more than {_DEEPEST} deep")
+        self._open.add(here)
+        try:
+            return self._shader_of(node, source, path)
+        finally:
+            self._open.discard(here)
+
+    def _shader_of(self, node: bpy.types.Node, source: bpy.types.NodeSocket, path: _Path) -> Colour | None:
+        kind = node.bl_idname
+        if kind == "ShaderNodeMixShader":
+            first, second = (self._shader(entry, path) for entry in node.inputs[1:3])
+            return _mixed(self._value(node.inputs[0], path), first, second)
+        if kind == "ShaderNodeAddShader":
+            first, second = (self._shader(entry, path) for entry in node.inputs)
+            return _sum(first, second)
+        if kind == "ShaderNodeBsdfTransparent":
+            return None
+        if kind in _COLOURLESS:
+            return BLACK
+        if kind == "NodeGroupInput":
+            return self._shader(_outside(path, source), path[:-1]) if path else BLACK
+        if inner := _group_result(node, source):
+            return self._shader(inner, (*path, node))
+        entry = node.inputs.get("Base Color") or node.inputs.get("Color")
+        if entry is None or source.type != "SHADER":
+            raise _NotRead(f"'{node.label or node.name}' is a shader whose colour is not read")
+        self.shaders += 1
+        if self.shaders > _MOST_SHADERS:
+            raise _NotRead(f"it is made of more than {_MOST_SHADERS} shaders")
+        return self._value(entry, path)
+
+    def _value(self, entry: bpy.types.NodeSocket, path: _Path) -> Colour:
+        """What an input gets."""
+        source = self.wiring.source(entry)
+        if source is None:
+            return Constant(_rgb(entry))
+        if source.node.bl_idname == "NodeGroupInput":
+            return self._value(_outside(path, source), path[:-1]) if path else Constant(_rgb(entry))
+        colour: Colour = Source(source)
+        for group in reversed(path):
+            colour = Inside(group, colour)
+        return colour
+
+
+def _outside(path: _Path, source: bpy.types.NodeSocket) -> bpy.types.NodeSocket:
+    """The input of the group node that one is in, which an output of its Group Input stands for."""
+    return next(entry for entry in path[-1].inputs if entry.identifier == source.identifier)
+
+
+def _group_result(node: bpy.types.Node, source: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
+    """The input of a group's own output that an output of the group node stands for; None if it is no group."""
+    tree = getattr(node, "node_tree", None)
+    if tree is None:
+        return None
+    outputs = (inner for inner in tree.nodes if inner.bl_idname == "NodeGroupOutput" and inner.is_active_output)
+    output = next(outputs, None)
+    return next((entry for entry in output.inputs if entry.identifier == source.identifier), None) if output else None
+
+
+def _rgb(entry: bpy.types.NodeSocket) -> RGB:
+    """The constant of an input, a number three times."""
+    value = getattr(entry, "default_value", 0.0)
+    return (float(value),) * 3 if isinstance(value, (int, float)) else _three(value)
+
+
+def _three(colour: Sequence[float]) -> RGB:
+    return float(colour[0]), float(colour[1]), float(colour[2])
+
+
+def _mixed(factor: Colour, first: Colour | None, second: Colour | None) -> Colour | None:
+    """What is transparent takes no part in a mix."""
+    if first is None or second is None:
+        return first or second
+    if not isinstance(factor, Constant):
+        return Mixed(factor, first, second)
+    share = min(max(factor.rgb[0], 0.0), 1.0)
+    if share in {0.0, 1.0}:
+        return second if share else first
+    if isinstance(first, Constant) and isinstance(second, Constant):
+        r, g, b = ((1.0 - share) * a + share * b for a, b in zip(first.rgb, second.rgb, strict=True))
+        return Constant((r, g, b))
+    return Mixed(Constant((share,) * 3), first, second)
+
+
+def _sum(first: Colour | None, second: Colour | None) -> Colour | None:
+    if first is None or second is None:
+        return first or second
+    if isinstance(first, Constant) and isinstance(second, Constant):
+        r, g, b = (a + b for a, b in zip(first.rgb, second.rgb, strict=True))
+        return Constant((r, g, b))
+    if BLACK in (first, second):
+        return second if first == BLACK else first
+    return Sum(first, second)

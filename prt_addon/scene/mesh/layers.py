@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Transport on meshes: nine float colour attributes and the record of the bake that made them."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import bpy
+import numpy as np
+import numpy.typing as npt
+
+from ...core.errors import MeshError
+from ...core.problem import BakeSettings
+from ...core.sphere import sh
+from ..blender.libraries import check_own
+from .meshes import Domain, layer_array
+from .record import RECORD, Evidence, check_version, write_record
+
+LAYERS = tuple(f"_PRT_{i}" for i in range(sh.coefficient_count(sh.ORDER)))
+"""The leading underscore lets glTF carry them."""
+
+BAKED_ALPHA = 0.0
+"""Alpha of the layers. A mesh without the layer reads alpha 1 in a shader, which is how one material can serve
+baked and unbaked objects."""
+
+Space = Literal["SCENE", "OBJECT"]
+SPACE_LAYER = LAYERS[1]
+SPACE_ALPHA: dict[Space, float] = {"SCENE": BAKED_ALPHA, "OBJECT": 1.0}
+"""Alpha of this one layer tells the shader which axes the coefficients are in: the world's, or the object's own."""
+
+
+def is_baked(mesh: bpy.types.Mesh) -> bool:
+    """Whether a mesh carries a whole set of transport layers."""
+    return all(name in mesh.attributes for name in LAYERS)
+
+
+def write(
+    mesh: bpy.types.Mesh,
+    domain: Domain,
+    transport: npt.NDArray[np.float32],
+    element_receiver: npt.NDArray[np.int64],
+    settings: BakeSettings,
+    space: Space = "SCENE",
+    evidence: Evidence | None = None,
+) -> None:
+    """Store transport as the mesh's nine layers, replacing earlier ones and leaving all other layers alone.
+
+    Args:
+        domain: POINT or CORNER.
+        transport: (receivers, 9) or (receivers, 9, 3).
+        element_receiver: (vertices or corners,) the receiver each shows.
+        settings: what the record keeps.
+        space: whose axes the transport is in.
+        evidence: what the bake depended on; without it nobody can tell later whether it still holds.
+    """
+    colours = mesh.color_attributes
+    active, rendered = colours.active_color_name, colours.default_color_name
+    remove(mesh)
+    for name in LAYERS:  # create all, then fetch each: on 5.0 and older, references go stale
+        mesh.attributes.new(name, "FLOAT_COLOR", domain)
+    rgba = np.empty((len(element_receiver), 4), dtype=np.float32)
+    for i, name in enumerate(LAYERS):
+        coefficient = transport[:, i]
+        rgba[:, 3] = SPACE_ALPHA[space] if name == SPACE_LAYER else BAKED_ALPHA
+        rgba[:, :3] = (coefficient if coefficient.ndim == 2 else coefficient[:, None])[element_receiver]
+        mesh.attributes[name].data.foreach_set("color", rgba.reshape(-1))
+    colours.active_color_name, colours.default_color_name = active, rendered
+    write_record(mesh, domain, settings, space, evidence)
+    mesh.update()
+
+
+def read(mesh: bpy.types.Mesh) -> npt.NDArray[np.float32]:
+    """(elements of the layers' domain, 9, 3) float32 of a baked mesh, in the axes that `space_of` tells."""
+    return np.stack([layer_array(mesh, name, "color", 4)[:, :3] for name in LAYERS], axis=1)
+
+
+def space_of(mesh: bpy.types.Mesh) -> Space:
+    """Whose axes the transport of a baked mesh is in."""
+    return "OBJECT" if mesh.get(RECORD, {}).get("space") == "OBJECT" else "SCENE"
+
+
+def check_removable(ob: bpy.types.Object) -> None:
+    """Raises MeshError or VersionError if a mesh object carries transport that cannot be removed."""
+    if RECORD in ob.data or is_baked(ob.data):
+        check_own(ob.data, f"Mesh '{ob.data.name}' of '{ob.name}'", "remove", MeshError)
+        check_version(ob)
+
+
+def remove(mesh: bpy.types.Mesh) -> bool:
+    """Remove the layers and the record; True if there was any."""
+    present = [name for name in LAYERS if name in mesh.attributes]
+    for name in present:
+        while name in mesh.attributes:  # before 5.0, joining objects leaves one per domain
+            mesh.attributes.remove(mesh.attributes[name])
+    recorded = RECORD in mesh
+    if recorded:
+        del mesh[RECORD]
+    return recorded or bool(present)

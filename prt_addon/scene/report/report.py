@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Baked objects and the world's light, read as a report wants them; and the last report, kept with the scene."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import bpy
+import numpy as np
+import numpy.typing as npt
+
+from ...core.errors import LightError, MeshError
+from ...core.problem import BakeProblem, BakeSettings
+from ...core.report.subject import Light, Scenery, Subject
+from ...core.sky.sampler import handy
+from ..bake import gather
+from ..blender.libraries import is_own
+from ..light import light
+from ..mesh import layers
+from ..mesh.meshes import ObjectReceivers, own_axes, read_surface
+from ..mesh.record import BakeRecord, read_record
+from ..sky.projection import sky_picture
+from ..sky.sky import read_sky
+
+LAST_REPORT = "prt_report"
+"""Custom property of the scene: the latest report, as JSON."""
+
+
+@dataclass(frozen=True)
+class Baked:
+    """One baked object: its full name, what is measured of it, and where its receivers show."""
+
+    name: str
+    subject: Subject
+    receivers: ObjectReceivers
+
+
+def baked_objects(context: bpy.types.Context) -> list[bpy.types.Object]:
+    """The baked ones of the selected meshes, or of all that render.
+
+    Raises:
+        MeshError: if none is baked.
+    """
+    objects = [ob for ob in gather.objects_to_bake(context) if layers.is_baked(ob.data)]
+    if not objects:
+        raise MeshError("None of these objects is baked: press Bake PRT (prt.bake), then report.")
+    return objects
+
+
+def read_baked(context: bpy.types.Context, objects: Sequence[bpy.types.Object]) -> list[Baked]:
+    """What the stored transport of objects has to answer for. To be called in Object Mode.
+
+    Raises:
+        MeshError: for an object that was changed since its bake so that the layers fit it no more.
+    """
+    records = [_record(ob) for ob in objects]
+    bounces = any(record.settings.mode == "INTERREFLECTED" for record in records)
+    plan = gather.gather(context, objects, BakeSettings("INTERREFLECTED" if bounces else "SHADOWED"))
+    stored = {one.group: _per_receiver(ob, one.receivers) for ob, one in zip(objects, plan.objects, strict=True)}
+    sceneries = _sceneries(plan.problem, stored)
+    depsgraph = context.evaluated_depsgraph_get()
+    baked = []
+    for ob, record, one in zip(objects, records, plan.objects, strict=True):
+        moves = one.space == "OBJECT"
+        evaluated = ob.evaluated_get(depsgraph)
+        matrix = np.array(gather.own_axes_matrix(evaluated) if moves else evaluated.matrix_world)
+        surface = read_surface(evaluated.to_mesh(), matrix)
+        evaluated.to_mesh_clear()
+        subject = Subject(
+            one.receivers.group,
+            record.settings,
+            stored[one.group],
+            surface.vertices[surface.triangles],
+            one.receivers.at_corners(surface),
+            sceneries[one.group],
+            own_axes(evaluated.matrix_world) if moves else np.eye(3),
+        )
+        baked.append(Baked(ob.name_full, subject, one.receivers))
+    return baked
+
+
+def _sceneries(problem: BakeProblem, stored: dict[int, npt.NDArray[np.float32]]) -> list[Scenery]:
+    """What surrounds each group of a problem; groups of one island share it."""
+    sceneries: list[Scenery] = []
+    for island, first, _ in problem.numbered():
+        transport = [
+            stored.get(first + k, np.full((len(group), 9, 3), np.nan, dtype=np.float32))
+            for k, group in enumerate(island.groups)
+        ]
+        if transport:
+            sceneries += [Scenery(island.occluders, island.groups, np.concatenate(transport))] * len(transport)
+    return sceneries
+
+
+def read_light(scene: bpy.types.Scene) -> Light:
+    """The light that is on the scene's world, and the sky it stands for.
+
+    Raises:
+        LightError: if the world carries no light, or one that is not its sky's.
+        PictureError: if the sky's picture cannot be read.
+    """
+    picture, turn = sky_as_projected(scene)
+    stored = light.shown_light(scene.world)
+    return Light(handy(picture) * np.float32(scene.world[light.STRENGTH]), turn, stored)
+
+
+def sky_as_projected(scene: bpy.types.Scene) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float64]]:
+    """The sky of the scene's world in full resolution: (H, W, 3) equirectangular radiance at strength 1, row 0 at the
+    bottom, and the (3, 3) turn R under which the world shows along w what the picture holds along R w.
+
+    Raises:
+        LightError, PictureError: if it cannot be read; the message says why.
+    """
+    sky = read_sky(scene)
+    if not light.has_light(scene.world) or not light.is_projected(scene.world):
+        raise LightError(
+            f"World '{scene.world.name}' carries no light that follows its sky: press Project World (prt.project_light)."
+        )
+    bpy.context.view_layer.update()  # the drivers' latest word
+    return sky_picture(sky), light.read_turn(scene.world)
+
+
+def keep(scene: bpy.types.Scene, document: dict[str, Any]) -> None:
+    """Keep a report with the scene, for the panel and for scripts."""
+    scene[LAST_REPORT] = json.dumps(document)
+
+
+def forget_all() -> None:
+    """Drop the reports of all scenes."""
+    for scene in bpy.data.scenes:
+        if is_own(scene) and LAST_REPORT in scene:
+            del scene[LAST_REPORT]
+
+
+def _record(ob: bpy.types.Object) -> BakeRecord:
+    record = read_record(ob.data)
+    if record is None or not record.settings.samples:
+        raise MeshError(f"The transport of '{ob.name}' was not baked here: bake it, then report on it.")
+    if record.space != ob.prt.space:
+        was, now = record.space.title(), ob.prt.space.title()
+        raise MeshError(f"'{ob.name}' was baked for '{was}' and is now set to '{now}': bake it again.")
+    return record
+
+
+def _per_receiver(ob: bpy.types.Object, receivers: ObjectReceivers) -> npt.NDArray[np.float32]:
+    """(receivers, 9, 3) the stored transport."""
+    stored = layers.read(ob.data)
+    domain = ob.data.attributes[layers.LAYERS[0]].domain
+    if domain != receivers.domain or len(stored) != len(receivers.element_receiver):
+        raise MeshError(f"The transport of '{ob.name}' does not fit its mesh as it is now: bake it again.")
+    transport = np.zeros((len(receivers.group), *stored.shape[1:]), dtype=np.float32)
+    transport[receivers.element_receiver] = stored
+    return transport

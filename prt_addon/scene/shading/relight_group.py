@@ -1,0 +1,165 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The "PRT Relight" node group: transport from the mesh, light from the world, turned and multiplied in the shader.
+
+The light is turned by the world's Mapping node, and, where the mesh says that its transport is in its object's own
+axes, by the object itself.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+import bpy
+
+from ..blender.libraries import is_own
+from ..blender.nodes import Graph
+from ..blender.versions import refuse_newer, version_of
+from ..light.light import LIGHT, STRENGTH, TURN
+from ..mesh.layers import LAYERS, SPACE_LAYER
+
+GROUP = "PRT Relight"
+GROUP_VERSION = 1
+_VERSION = "prt_version"
+
+
+def relight_group() -> bpy.types.NodeTree:
+    """The node group of this version, built on first use and shared by all materials.
+
+    It takes the place of older ones, and of copies of itself, which appended materials bring along.
+    """
+    own = [tree for tree in bpy.data.node_groups if is_relight_group(tree) and is_own(tree)]
+    current = next((tree for tree in own if _version(tree) == GROUP_VERSION), None) or _built()
+    for tree in own:
+        if tree != current and _version(tree) <= GROUP_VERSION:
+            tree.user_remap(current)
+            bpy.data.node_groups.remove(tree)
+    return current
+
+
+def is_relight_group(tree: bpy.types.NodeTree | None) -> bool:
+    """Whether a node group is ours, of whatever version."""
+    return tree is not None and _VERSION in tree
+
+
+def is_newer(tree: bpy.types.NodeTree) -> bool:
+    """Whether one of our node groups is of a newer version, whose sockets nobody knows."""
+    return _version(tree) > GROUP_VERSION
+
+
+def check_version(material: bpy.types.Material) -> None:
+    """Raises VersionError if a newer version relights a material."""
+    for node in material.node_tree.nodes if material.node_tree else ():
+        if node.bl_idname == "ShaderNodeGroup" and is_relight_group(node.node_tree):
+            refuse_newer(f"Material '{material.name}' is relit", _version(node.node_tree), GROUP_VERSION)
+
+
+def _version(tree: bpy.types.NodeTree) -> int:
+    return version_of(tree, _VERSION)
+
+
+def _built() -> bpy.types.NodeTree:
+    tree = bpy.data.node_groups.new(GROUP, "ShaderNodeTree")
+    tree[_VERSION] = GROUP_VERSION
+    _build(tree)
+    return tree
+
+
+def _build(tree: bpy.types.NodeTree) -> None:
+    interface = tree.interface
+    base = interface.new_socket("Base Color", in_out="INPUT", socket_type="NodeSocketColor")
+    base.default_value = (0.8, 0.8, 0.8, 1.0)
+    base.description = "Albedo of the surface, multiplied with the light that reaches it"
+    unbaked = interface.new_socket("Unbaked", in_out="INPUT", socket_type="NodeSocketShader")
+    unbaked.description = "What meshes without baked transport show"
+    surface = interface.new_socket("Surface", in_out="OUTPUT", socket_type="NodeSocketShader")
+    surface.description = "The relit surface"
+    shading = interface.new_socket("Shading", in_out="OUTPUT", socket_type="NodeSocketColor")
+    shading.description = "The light that a white surface would show"
+
+    graph = Graph(tree)
+    group_input = graph.add("NodeGroupInput")
+    layers = [graph.attribute(name, "GEOMETRY") for name in LAYERS]
+    light = [graph.attribute(name, "VIEW_LAYER").outputs["Vector"] for name in LIGHT]
+    axes = [graph.attribute(name, "VIEW_LAYER").outputs["Vector"] for name in TURN]
+    strength = graph.attribute(STRENGTH, "VIEW_LAYER").outputs["Fac"]
+
+    graph.column()
+    own_axes = layers[LAYERS.index(SPACE_LAYER)].outputs["Alpha"]
+    axes = [graph.mixed(own_axes, *pair) for pair in zip(axes, _object_axes(graph, axes), strict=True)]
+    graph.column()
+    turned = [light[0], *_turned_vector(graph, light[1:4], axes), *_turned_form(graph, light[4:9], axes)]
+    graph.column()
+    radiance = graph.weighted_sum(
+        [(layer.outputs["Vector"], value) for layer, value in zip(layers, turned, strict=True)]
+    )
+    # Clamped after the dot product: a band-limited light may be negative where the sum of all is not.
+    shown = graph.vector("MULTIPLY", graph.vector("MAXIMUM", radiance, (0.0, 0.0, 0.0)), strength)
+    colour = graph.vector("MULTIPLY", shown, group_input.outputs["Base Color"])
+
+    graph.column()
+    emission = graph.add("ShaderNodeEmission")
+    graph.feed(emission.inputs["Color"], colour)
+    mix = graph.add("ShaderNodeMixShader")
+    graph.feed(mix.inputs[0], layers[0].outputs["Alpha"])  # 0 where baked; a missing attribute reads 1
+    graph.feed(mix.inputs[1], emission.outputs[0])
+    graph.feed(mix.inputs[2], group_input.outputs["Unbaked"])
+    graph.column()
+    group_output = graph.add("NodeGroupOutput")
+    graph.feed(group_output.inputs["Surface"], mix.outputs[0])
+    graph.feed(group_output.inputs["Shading"], shown)
+
+
+def _object_axes(graph: Graph, axes: list[bpy.types.NodeSocket]) -> list[bpy.types.NodeSocket]:
+    """The object's axes o_i instead of the world's e_i, as the world's Mapping turns them: `R o_i = sum_k (o_i)_k R e_k`.
+
+    They need only be orthogonal, not right-handed: a mirrored object's light is mirrored.
+    """
+    unit = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    components = [graph.components(graph.to_world(direction)) for direction in unit]
+    graph.column()
+    return [graph.weighted_sum(list(zip(axes, own, strict=True))) for own in components]
+
+
+def _turned_vector(
+    graph: Graph, band: list[bpy.types.NodeSocket], axes: list[bpy.types.NodeSocket]
+) -> list[bpy.types.NodeSocket]:
+    """Band 1, RGB vectors in the order y, z, x, turned: component i becomes `sum_k band_k (R e_i)_k`."""
+    x, y, z = band[2], band[0], band[1]
+    turned = []
+    for axis in axes:
+        weights = graph.components(axis)
+        turned.append(graph.weighted_sum(list(zip((x, y, z), weights, strict=True))))
+    return [turned[1], turned[2], turned[0]]
+
+
+def _turned_form(
+    graph: Graph, band: list[bpy.types.NodeSocket], axes: list[bpy.types.NodeSocket]
+) -> list[bpy.types.NodeSocket]:
+    """Band 2 as a symmetric form Q, one RGB vector per entry, turned to R^T Q R and read back.
+
+    The form is scaled by 2 / K_XY, so that its off-diagonal entries are the coefficients themselves.
+    """
+    xy, yz, zz, zx, xx = band
+    root3 = 1.0 / sqrt(3.0)  # 2 K_ZZ / K_XY
+    low = graph.vector("MULTIPLY", zz, (-root3,) * 3)
+    form = [
+        [graph.vector("ADD", low, xx), xy, zx],
+        [xy, graph.vector("SUBTRACT", low, xx), yz],
+        [zx, yz, graph.vector("MULTIPLY", low, (-2.0,) * 3)],
+    ]
+    graph.column()
+    columns = [graph.components(axis) for axis in axes]
+    half = [[graph.weighted_sum(list(zip(row, column, strict=True))) for row in form] for column in columns]
+    graph.column()
+
+    def entry(i: int, j: int) -> bpy.types.NodeSocket:
+        return graph.weighted_sum(list(zip(half[i], columns[j], strict=True)))
+
+    difference = graph.vector("SUBTRACT", entry(0, 0), entry(1, 1))
+    return [
+        entry(0, 1),
+        entry(1, 2),
+        graph.vector("MULTIPLY", entry(2, 2), (0.5 / root3,) * 3),
+        entry(0, 2),
+        graph.vector("MULTIPLY", difference, (0.5,) * 3),
+    ]

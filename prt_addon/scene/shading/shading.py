@@ -1,0 +1,236 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Hooking the relight group into materials, beside the user's own nodes, and taking it out again.
+
+The group feeds a Material Output whose target is EEVEE. The user's own output, links and nodes are not touched:
+Cycles still renders them, and removing our two nodes restores the material.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+import bpy
+
+from ...core.errors import MeshError
+from ..blender.libraries import check_own
+from ..blender.nodes import HAD_NO_NODES, feeding_socket, nodes_are_on, turn_nodes
+from ..material.colour_nodes import PART, connect, remove_parts, signature
+from ..material.reading import OURS, MaterialReading, own_output, read_material
+from ..mesh.layers import is_baked
+from .relight_group import check_version, is_newer, is_relight_group, relight_group
+
+OUTPUT = "PRT Output"
+MADE = "prt_made"
+"""Custom property of a material that we made for an object that had none."""
+_ADD = "add the shading"
+_COLOUR = "prt_colour"
+"""Custom property of our group node: the signature of the colour that it is fed with."""
+_SLOT_ADDED = "prt_slot_added"
+
+
+def materials_of(objects: Iterable[bpy.types.Object]) -> list[bpy.types.Material]:
+    """All materials in the objects' slots, each once, in order."""
+    return [material for material, _ in _first_users(objects)]
+
+
+def check_materials(objects: Iterable[bpy.types.Object]) -> None:
+    """Raises MeshError for the first material, or mesh that lacks one, that cannot be changed; VersionError for the
+    first that a newer version relights.
+    """
+    objects = list(objects)
+    for ob in objects:
+        if not ob.material_slots or any(slot.material is None for slot in ob.material_slots):
+            check_own(ob.data, f"Mesh '{ob.data.name}' of '{ob.name}' needs a material, but", _ADD, MeshError)
+    for material, ob in _first_users(objects):
+        _check_material(material, ob, _ADD)
+
+
+def check_relit_materials(objects: Iterable[bpy.types.Object]) -> None:
+    """The same for the first material that is relit, and cannot be restored."""
+    for material, ob in _first_users(objects):
+        if any(our_nodes(material.node_tree)):
+            _check_material(material, ob, "remove the shading")
+
+
+def _first_users(objects: Iterable[bpy.types.Object]) -> list[tuple[bpy.types.Material, bpy.types.Object]]:
+    """Each material of the objects once, and the first of them that has it."""
+    found: dict[bpy.types.Material, bpy.types.Object] = {}
+    for ob in objects:
+        for slot in ob.material_slots:
+            if slot.material:
+                found.setdefault(slot.material, ob)
+    return list(found.items())
+
+
+def _check_material(material: bpy.types.Material, ob: bpy.types.Object, then: str) -> None:
+    check_own(material, f"Material '{material.name}' of '{ob.name}'", then, MeshError)
+    check_version(material)
+
+
+def add_shading(objects: Iterable[bpy.types.Object]) -> list[str]:
+    """Relight every material of the objects in EEVEE; objects or slots without a material get one.
+
+    Returns:
+        Warnings, one sentence each.
+    """
+    objects = list(objects)
+    for ob in objects:
+        _fill_empty_slots(ob)
+    warnings = []
+    for material in materials_of(objects):
+        remove_from_material(material)
+        warnings.append(_add_to_material(material))
+    return list(filter(None, warnings))
+
+
+def remove_shading(objects: Iterable[bpy.types.Object]) -> bool:
+    """Restore the objects' materials, save those that other baked objects still show; True if any was ours."""
+    objects = list(objects)
+    rest = {ob for ob in bpy.data.objects if ob.type == "MESH" and ob not in objects and is_baked(ob.data)}
+    still_used = set(materials_of(rest))
+    removed = False
+    for material in materials_of(objects):
+        if material not in still_used:
+            removed |= remove_from_material(material)
+    for ob in objects:
+        _empty_made_slots(ob)
+    return removed
+
+
+def our_nodes(tree: bpy.types.NodeTree | None) -> Iterator[bpy.types.Node]:
+    """The nodes we added to a material's tree."""
+    for node in tree.nodes if tree else ():
+        is_group = node.bl_idname == "ShaderNodeGroup" and is_relight_group(node.node_tree)
+        if is_group or OURS in node or PART in node:
+            yield node
+
+
+def remove_from_material(material: bpy.types.Material) -> bool:
+    """Take our nodes out of a material and restore which output was active; True if there were any."""
+    tree = material.node_tree
+    ours = list(our_nodes(tree))
+    were_active = {name for node in ours for name in node.get(OURS, "").split("\n")}
+    if tree:
+        remove_parts(tree)
+    for node in list(our_nodes(tree)):
+        tree.nodes.remove(node)
+    if ours:
+        for output in _outputs(tree):
+            output.is_active_output = output.name in were_active
+    if material.get(HAD_NO_NODES):
+        turn_nodes(material, False)
+        del material[HAD_NO_NODES]
+    return bool(ours)
+
+
+def follow_base_colour(material: bpy.types.Material, anew: bool = False) -> None:
+    """Feed the relit surface with what the person's own surface now has for a colour, if that has changed.
+
+    Textures and nodes are linked and need no following; a plain number cannot be linked, and a driver from a material
+    to itself would be a dependency cycle.
+
+    Args:
+        anew: also if it looks the same from here: a group that it lies in was edited.
+    """
+    groups = (
+        node for node in our_nodes(material.node_tree) if node.bl_idname == "ShaderNodeGroup" and PART not in node
+    )
+    group = next((node for node in groups if not is_newer(node.node_tree)), None)
+    if group:
+        _feed_colour(material.node_tree, group, read_material(material, "EEVEE"), anew)
+
+
+def follow_group(tree: bpy.types.NodeTree) -> None:
+    """A node group was edited: materials that show what lies inside of it, through a copy, get another."""
+    copies = {copy for copy in bpy.data.node_groups if copy.get(PART) == tree.name}
+    for material in bpy.data.materials if copies else ():
+        if any(getattr(node, "node_tree", None) in copies for node in our_nodes(material.node_tree)):
+            follow_base_colour(material, anew=True)
+
+
+def _feed_colour(tree: bpy.types.NodeTree, group: bpy.types.Node, reading: MaterialReading, anew: bool = False) -> None:
+    entry, wanted = group.inputs["Base Color"], signature(reading.colour)
+    if reading.colour is None or (group.get(_COLOUR) == wanted and not anew):
+        return
+    for link in list(entry.links):
+        tree.links.remove(link)
+    remove_parts(tree)
+    connect(tree, reading.colour, entry)
+    group[_COLOUR] = wanted
+    for row, node in enumerate(node for node in tree.nodes if PART in node):
+        node.location = (group.location.x - 220.0, group.location.y - 40.0 * row)
+
+
+def _add_to_material(material: bpy.types.Material) -> str:
+    """Add our nodes; returns a warning, or nothing."""
+    reading = read_material(material, "EEVEE")
+    if reading.colour is None and not reading.why_not:
+        return f"Material '{material.name}' reflects no light: EEVEE goes on showing it as it is."
+    if not nodes_are_on(material):
+        material[HAD_NO_NODES] = True
+        turn_nodes(material, True)
+    tree = material.node_tree
+    output = own_output(tree, "EEVEE")
+
+    group = tree.nodes.new("ShaderNodeGroup")
+    group.node_tree, group.name, group.label, group.width = relight_group(), "PRT Relight", "PRT Relight", 200.0
+    active = [node.name for node in _outputs(tree) if node.is_active_output]
+    ours = tree.nodes.new("ShaderNodeOutputMaterial")
+    ours.target, ours.name, ours.label = "EEVEE", OUTPUT, "PRT (EEVEE)"
+    ours[OURS] = "\n".join(active)
+    tree.links.new(group.outputs["Surface"], ours.inputs["Surface"])
+    if output:
+        _share_links(tree, output, ours, group)
+    for node in (group, ours):
+        node.select = False
+    ours.is_active_output = True
+    _feed_colour(tree, group, reading)
+    return f"Material '{material.name}': {reading.why_not}; it is relit in grey." if reading.why_not else ""
+
+
+def _outputs(tree: bpy.types.NodeTree) -> list[bpy.types.Node]:
+    return [node for node in tree.nodes if node.bl_idname == "ShaderNodeOutputMaterial"]
+
+
+def _share_links(tree: bpy.types.NodeTree, output: bpy.types.Node, ours: bpy.types.Node, group: bpy.types.Node) -> None:
+    """Feed the user's surface to unbaked meshes, and the user's displacement and volume to our output."""
+    group.location = (output.location.x, output.location.y - 260.0)
+    ours.location = (output.location.x + 240.0, output.location.y - 260.0)
+    for entry in output.inputs:
+        source = feeding_socket(entry)
+        if source:
+            tree.links.new(source, group.inputs["Unbaked"] if entry.name == "Surface" else ours.inputs[entry.name])
+
+
+def _fill_empty_slots(ob: bpy.types.Object) -> None:
+    if not ob.material_slots:
+        ob.data.materials.append(_made_material())
+        ob.data[_SLOT_ADDED] = True
+    for slot in ob.material_slots:
+        if slot.material is None:
+            slot.material = _made_material()
+
+
+def _made_material() -> bpy.types.Material:
+    """The plain material for objects that have none; grey like Blender's own default."""
+    for material in bpy.data.materials:
+        if material.get(MADE) and material.library is None:
+            return material
+    material = bpy.data.materials.new("PRT Default")
+    turn_nodes(material, True)
+    material[MADE] = True
+    return material
+
+
+def _empty_made_slots(ob: bpy.types.Object) -> None:
+    for index in reversed(range(len(ob.material_slots))):
+        material = ob.material_slots[index].material
+        if material is None or not material.get(MADE) or any(our_nodes(material.node_tree)):
+            continue
+        if ob.data.get(_SLOT_ADDED):
+            ob.data.materials.pop(index=index)
+            del ob.data[_SLOT_ADDED]
+        else:
+            ob.material_slots[index].material = None
+        if not material.users:
+            bpy.data.materials.remove(material)

@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Cube maps: six picture files into arrays, and the Blender world that shows the same sky."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import bpy
+
+from ...core.errors import PictureError
+from ...core.sky.cube_map import FACES, Picture, Table, decode
+from ..blender.images import float_image, linear_pixels
+from ..blender.nodes import turn_nodes
+
+_FLOAT, _ENCODED = (".exr", ".hdr"), (".png", ".jpg", ".jpeg")
+
+
+def read_faces(directory: Path, table: Table) -> dict[str, Picture]:
+    """Read posx, negx, posy, negy, posz and negz from a folder; of several sets, the one of the richest type.
+
+    Returns:
+        By name, (height, width, 3) float32 linear radiance, top row first. .exr and .hdr are linear already; .png and
+        .jpg are decoded as `core.cubemap.decode` does for the table.
+
+    Raises:
+        PictureError: if a face is missing or cannot be read.
+        OSError: if the folder cannot be read.
+    """
+    return {name: _read_face(path, table) for name, path in _face_files(directory).items()}
+
+
+def set_up_world(scene: bpy.types.Scene, name: str, picture: Picture) -> bpy.types.World:
+    """Light a scene by an equirectangular picture (height, width, 3), row 0 at the bottom, in a world of its own.
+
+    The picture is packed into the file. The world before stays in the file, whoever else uses it.
+    """
+    world = bpy.data.worlds.new(name)
+    turn_nodes(world, True)
+    tree = world.node_tree
+    tree.nodes.clear()
+    kinds = ("TexCoord", "Mapping", "TexEnvironment", "Background", "OutputWorld")
+    nodes = [tree.nodes.new(f"ShaderNode{kind}") for kind in kinds]
+    for column, node in enumerate(nodes):
+        node.location = (240.0 * column, 300.0)
+    coordinate, mapping, texture, background, output = nodes
+    texture.image = float_image(name, picture)
+    texture.image.pack()
+    tree.links.new(coordinate.outputs["Generated"], mapping.inputs["Vector"])
+    tree.links.new(mapping.outputs["Vector"], texture.inputs["Vector"])
+    tree.links.new(texture.outputs["Color"], background.inputs["Color"])
+    tree.links.new(background.outputs["Background"], output.inputs["Surface"])
+    before, scene.world = scene.world, world
+    if before and not before.users:
+        before.use_fake_user = True
+    return world
+
+
+def _face_files(directory: Path) -> dict[str, Path]:
+    sets: dict[str, dict[str, Path]] = {suffix: {} for suffix in (*_FLOAT, *_ENCODED)}
+    for path in sorted(directory.iterdir()):
+        name, suffix = path.stem.lower(), path.suffix.lower()
+        if name in FACES and suffix in sets:
+            sets[suffix][name] = path
+    fullest = max(sets.values(), key=len)  # the first of them
+    if missing := [name for name in FACES if name not in fullest]:
+        raise PictureError(
+            f"Folder '{directory}' lacks {', '.join(missing)}: a cube map is six pictures {', '.join(FACES)}, all .exr, "
+            ".hdr, .png or .jpg."
+        )
+    return {name: fullest[name] for name in FACES}
+
+
+def _read_face(path: Path, table: Table) -> Picture:
+    """One file, by way of an image that does not stay."""
+    try:
+        image = bpy.data.images.load(str(path), check_existing=False)
+    except RuntimeError as error:
+        raise PictureError(f"'{path}' cannot be read: check that it is a picture that may be opened.") from error
+    try:
+        image.alpha_mode = "CHANNEL_PACKED"  # colours as they are in the file
+        encoded = path.suffix.lower() in _ENCODED
+        if encoded:
+            image.colorspace_settings.name = "Non-Color"  # 16-bit pictures would be decoded by Blender
+        pixels = linear_pixels(image)[::-1]
+        return decode(pixels, table) if encoded else pixels
+    finally:
+        bpy.data.images.remove(image)

@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From a sky to its SH light: the texels of its picture, or what Blender makes of its nodes; then a window."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ...core.sky.projection import project_equirect, project_mirror_ball
+from ...core.sphere import sh, window
+from ..blender.images import Undecodable, linear_pixels
+from .identity import SkyIdentity, identity
+from .panorama import panorama
+from .sky import Sky
+
+Array = npt.NDArray[np.float64]
+Float32 = npt.NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class Windowing:
+    """What is done against ringing.
+
+    window: NONE, HANN, LANCZOS, or AUTO: the mildest Hann window that leaves no negative light.
+    cutoff: the first band that is gone; AUTO finds its own.
+    """
+
+    window: str = "NONE"
+    cutoff: float = sh.ORDER + 1.0
+
+
+@dataclass(frozen=True)
+class Projection:
+    """A sky as an SH light, unturned and at strength 1 where these are followed; and how it came about.
+
+    light: (9, 3), windowed.
+    factors: (3,), what the window left of each band.
+    negative: share of the sphere, in [0, 1], on which a channel of the light is negative, before and after it.
+    way: a sentence for the person.
+    """
+
+    light: Array
+    windowing: Windowing
+    factors: Array
+    negative: tuple[float, float]
+    identity: SkyIdentity
+    way: str
+
+    @property
+    def sentences(self) -> list[str]:
+        """For the person: which way was taken, what is followed, and what the window did."""
+        if self.windowing.window == "NONE":
+            return [self.way]
+        kept = " and ".join(f"{factor:.0%}" for factor in self.factors[1:])
+        before, after = (f"{share:.1%}" for share in self.negative)
+        return [self.way, f"The window keeps {kept} of bands 1 and 2: {before} of the sky was negative, {after} is."]
+
+
+def project(sky: Sky, windowing: Windowing) -> Projection:
+    """Project a sky: all texels of a picture, or what Blender makes of the nodes.
+
+    Raises:
+        PictureError, LightError: if a picture cannot be read, or the world not be evaluated.
+    """
+    return projected(sky, *_seen(sky), windowing)
+
+
+def projected(sky: Sky, light: Array, by: str, windowing: Windowing) -> Projection:
+    """A light (9, 3) that was made of a sky, by what the sentence says, once windowed."""
+    if windowing.window == "AUTO":
+        deringed = window.dering(light)
+        kept, factors, negative = deringed.light, deringed.factors, (deringed.negative_before, deringed.negative_after)
+    else:
+        factors = window.band_factors(windowing.window, windowing.cutoff)  # type: ignore[arg-type]
+        kept = window.windowed(light, factors)
+        negative = (window.negative_share(light), window.negative_share(kept))
+    return Projection(kept, windowing, factors, negative, identity(sky), f"{by}; {sky.following}.")
+
+
+def _seen(sky: Sky) -> tuple[Array, str]:
+    """The light (9, 3), and how it was seen."""
+    pixels = _texels(sky)
+    if sky.texture and pixels is not None:
+        ball = sky.texture.projection == "MIRROR_BALL"
+        smooth = sky.texture.interpolation != "Closest"
+        light = project_mirror_ball(pixels) if ball else project_equirect(pixels, interpolated=smooth)
+        return light, f"Projected '{sky.texture.image.name}' into the light of world '{sky.world.name}'"
+    return project_equirect(panorama(sky)), f"Rendered world '{sky.world.name}' to a panorama and projected it"
+
+
+def sky_picture(sky: Sky) -> Float32:
+    """(height, 2 height, 3) the sky at its best resolution, unturned and at strength 1 where these are followed.
+
+    Raises:
+        PictureError, LightError: as `project`.
+    """
+    pixels = _texels(sky) if sky.texture and sky.texture.projection == "EQUIRECTANGULAR" else None
+    return panorama(sky) if pixels is None else pixels
+
+
+def _texels(sky: Sky) -> Float32 | None:
+    """(height, width, 3) of the picture that it is; None if it is more than that, or Blender alone can decode it."""
+    if sky.texture is None:
+        return None
+    try:
+        return linear_pixels(sky.texture.image, opaque=True)
+    except Undecodable:
+        return None
