@@ -20,7 +20,7 @@ def blender():
 
 @pytest.fixture(scope="session")
 def part(blender):
-    """Import a module of the extension under the name that Blender gave it: `part("scene.light.light")`."""
+    """Import a module of the extension under the name that Blender gave it: `part("light")`."""
     import headless
 
     return lambda name: importlib.import_module(f"{headless.PACKAGE}.prt_addon.{name}")
@@ -29,13 +29,13 @@ def part(blender):
 @pytest.fixture
 def coarse(part, monkeypatch):
     """Worlds are looked at by panoramas of 64 rows, quickly; a list of the skies that were."""
-    full, skies = part("scene.sky.panorama").panorama, []
+    full, skies = part("panorama").panorama, []
 
     def look(sky):
         skies.append(sky)
         return full(sky, 64)
 
-    monkeypatch.setattr(part("scene.sky.projection"), "panorama", look)
+    monkeypatch.setattr(part("projection"), "panorama", look)
     return skies
 
 

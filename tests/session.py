@@ -8,6 +8,7 @@ import traceback
 
 import headless
 import stage
+from handles import WHERE
 from headless import bpy
 
 
@@ -36,9 +37,9 @@ def bake():
 
 def long_job():
     """A bake that runs until it is stopped."""
-    part = sys.modules[f"{headless.PACKAGE}.prt_addon.worker.job"]
-    gather = sys.modules[f"{headless.PACKAGE}.prt_addon.scene.bake.gather"]
-    settings = sys.modules[f"{headless.PACKAGE}.prt_addon.core.problem"].BakeSettings(samples=1 << 18)
+    part = sys.modules[f"{headless.PACKAGE}.prt_addon.{WHERE['job']}"]
+    gather = sys.modules[f"{headless.PACKAGE}.prt_addon.{WHERE['gather']}"]
+    settings = sys.modules[f"{headless.PACKAGE}.prt_addon.{WHERE['problem']}"].BakeSettings(samples=1 << 18)
     job = part.bake_job(gather.gather(bpy.context, [bpy.data.objects["Ball"]], settings).problem)
     job.start()
     return job

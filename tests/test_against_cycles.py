@@ -51,13 +51,13 @@ def our_bake(blender, part, objects, **settings):
     """Transport (vertices, 9, 3) of each object."""
     select(blender, objects)
     blender.ops.prt.bake(update_light=False, update_shading=False, samples=1024, **settings)
-    return [part("scene.mesh.layers").read(ob.data) for ob in objects]
+    return [part("layers").read(ob.data) for ob in objects]
 
 
 def our_light(blender, part, objects, **settings):
     """(objects, vertices, 3) what a white receiver shows, by our bake and our light."""
     blender.ops.prt.project_light()
-    light = part("scene.light.light").read_light(blender.context.scene.world)
+    light = part("light").read_light(blender.context.scene.world)
     return np.einsum("ovic,ic->ovc", our_bake(blender, part, objects, **settings), light)
 
 
@@ -145,7 +145,7 @@ def test_what_is_not_selected_bounces_light(blender, part, scene, stage):
     white = stage.diffuse("White", WHITE)
     floor, *others = alcove(stage, white, stage.diffuse("Red", RED), white)
     alone = our_bake(blender, part, [floor], mode="INTERREFLECTED", bounces=BOUNCES)[0]
-    assert not any(part("scene.mesh.layers").is_baked(ob.data) for ob in others)
+    assert not any(part("layers").is_baked(ob.data) for ob in others)
     together = our_bake(blender, part, [floor, *others], mode="INTERREFLECTED", bounces=BOUNCES)[0]
     np.testing.assert_array_equal(alone, together)
     assert (np.ptp(alone, axis=2).max(axis=1) > 1e-3).mean() > 0.9, "nearly all of a white floor is tinted by the wall"

@@ -160,9 +160,9 @@ def test_what_is_greyed_out_says_why(blender, part, scene, stage):
     with pytest.raises(RuntimeError, match="No bake is running"):
         blender.ops.prt.cancel()
     stage.object_of("Ball", stage.icosphere(5))
-    settings = part("core.problem").BakeSettings(samples=1 << 14)
-    plan = part("scene.bake.gather").gather(blender.context, list(scene.objects), settings)
-    job = part("worker.job").bake_job(plan.problem, threads=2)
+    settings = part("problem").BakeSettings(samples=1 << 14)
+    plan = part("gather").gather(blender.context, list(scene.objects), settings)
+    job = part("job").bake_job(plan.problem, threads=2)
     job.start()
     with pytest.raises(RuntimeError, match="A bake is running"):
         blender.ops.prt.bake()

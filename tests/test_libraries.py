@@ -88,7 +88,7 @@ def test_groups_do_not_pile_up(blender, part, stage, library):
     """Appending twice brings copies of the node group; the next use makes one of them, and undoes no material."""
     first, second = bring(blender, library, False), bring(blender, library, False)
     assert len(blender.data.node_groups) == 2
-    part("scene.shading.shading").add_shading([second])
+    part("shading").add_shading([second])
     (group,) = blender.data.node_groups
     assert group.name == "PRT Relight" and group.users == 2
     for ob in (first, second):
@@ -99,12 +99,12 @@ def test_groups_do_not_pile_up(blender, part, stage, library):
 def test_appended_object_is_as_good_as_ones_own(blender, part, stage, library):
     """It is known to be baked, bakes again, and its material comes back as it was."""
     ob = bring(blender, library, False)
-    assert part("scene.bake.freshness").glance(blender.context, ob).state != "NEVER"
+    assert part("freshness").glance(blender.context, ob).state != "NEVER"
     stage.environment(stage.picture("Six", stage.six_coloured_sky(16)))
     assert blender.ops.prt.bake(mode="UNSHADOWED") == {"FINISHED"}
     assert blender.ops.prt.remove() == {"FINISHED"}
     assert "prt_bake" not in ob.data and not ob.data.color_attributes
-    assert not any(part("scene.shading.shading").our_nodes(ob.data.materials[0].node_tree))
+    assert not any(part("shading").our_nodes(ob.data.materials[0].node_tree))
 
 
 def test_keyframed_base_colour_is_followed_in_a_linked_material(blender, ball, tmp_path):
@@ -157,7 +157,7 @@ def test_what_is_not_ours_is_refused_by_name(blender, part, stage, library, come
     blender.ops.object.make_local(type="ALL")
     (ob,) = blender.context.scene.collection.objects
     assert blender.ops.prt.bake(mode="UNSHADOWED") == {"FINISHED"}
-    assert part("scene.mesh.layers").is_baked(ob.data)
+    assert part("layers").is_baked(ob.data)
 
 
 def test_linked_objects_do_not_hinder_baking_and_removing_others(blender, part, stage, library):
@@ -167,10 +167,10 @@ def test_linked_objects_do_not_hinder_baking_and_removing_others(blender, part, 
     stage.environment(stage.picture("Six", stage.six_coloured_sky(16)))
     own.select_set(True)
     blender.ops.prt.bake(mode="SHADOWED", samples=8)
-    assert part("scene.mesh.layers").is_baked(own.data)
+    assert part("layers").is_baked(own.data)
     blender.ops.prt.remove()
-    assert not part("scene.mesh.layers").is_baked(own.data)
-    assert part("scene.mesh.layers").is_baked(theirs.data)
+    assert not part("layers").is_baked(own.data)
+    assert part("layers").is_baked(theirs.data)
     assert "prt_light_0" in blender.context.scene.world, "the linked ball still needs it"
 
 
@@ -201,7 +201,7 @@ def test_linked_world_cannot_be_projected(blender, part, scene, stage, library):
     with blender.data.libraries.load(str(library), link=True) as (_, target):
         target.worlds = ["Sky"]
     blender.context.scene.world = target.worlds[0]
-    assert not part("scene.light.state").light_state(target.worlds[0]).stale
+    assert not part("light_state").light_state(target.worlds[0]).stale
     own = stage.object_of("Own", stage.cube(), stage.diffuse())
     for call in (blender.ops.prt.project_light, blender.ops.prt.bake):
         with pytest.raises(RuntimeError, match="World 'Sky' is linked from a library: make it local"):

@@ -48,7 +48,7 @@ def states(blender, part):
         blender.context.view_layer.update()
         assert blender.ops.prt.check() == {"FINISHED"}
         meshes = [ob for ob in blender.context.scene.objects if ob.type == "MESH"]
-        return {ob.name: part("scene.bake.freshness").glance(blender.context, ob).state for ob in meshes}
+        return {ob.name: part("freshness").glance(blender.context, ob).state for ob in meshes}
 
     return look
 
@@ -112,7 +112,7 @@ def test_renaming(blender, part, scene, ball, states):
     ball.name, ball.data.name, ball.data.materials[0].name = "One", "Two", "Three"
     scene.world.name, blender.data.images[0].name, blender.data.node_groups[0].name = "Four", "Five", "Six"
     assert states() == {"One": "FRESH"}
-    assert part("scene.light.light").followed(scene.world).rotation
+    assert part("light").followed(scene.world).rotation
     assert blender.ops.prt.bake() == {"FINISHED"}
     assert states() == {"One": "FRESH"} and len(blender.data.node_groups) == 1
     blender.ops.prt.remove()
@@ -124,16 +124,16 @@ def test_deleting(blender, scene, part, stage, ball):
     other = stage.object_of("Other", stage.cube(), None, (3, 0, 0))
     blender.ops.object.delete()
     assert [ob.name for ob in blender.data.objects] == ["Other"]
-    assert part("scene.bake.freshness").glance(blender.context, other).state == "NEVER"
+    assert part("freshness").glance(blender.context, other).state == "NEVER"
     select(blender, other)
     assert blender.ops.prt.remove() == {"FINISHED"}
-    assert not part("scene.light.light").has_light(scene.world), "nothing that is shown is baked any more"
+    assert not part("light").has_light(scene.world), "nothing that is shown is baked any more"
     blender.ops.object.delete()
     for call in (blender.ops.prt.bake, blender.ops.prt.check, blender.ops.prt.add_shading):
         with pytest.raises(RuntimeError, match="no mesh to bake"):
             call()
     blender.ops.prt.project_light()
-    assert blender.ops.prt.remove() == {"FINISHED"} and not part("scene.light.light").has_light(scene.world)
+    assert blender.ops.prt.remove() == {"FINISHED"} and not part("light").has_light(scene.world)
 
 
 def test_joining(blender, stage, ball, states):
@@ -171,7 +171,7 @@ def test_separating(blender, stage, ball, states):
 
 def test_swapping_and_copying_worlds(blender, part, scene, stage, ball):
     """Another world has no light until it is projected; a copy follows its own nodes."""
-    light = part("scene.light.light")
+    light = part("light")
     first = scene.world
     second, mapping = stage.environment(stage.picture("Other", stage.six_coloured_sky(16) * 2.0))
     assert not light.has_light(second)
@@ -192,7 +192,7 @@ def test_swapping_and_copying_worlds(blender, part, scene, stage, ball):
 
 def test_two_scenes_with_worlds_of_their_own(blender, part, scene, stage, ball, tmp_path):
     """One baked object in both: each scene shows it under its own world's light."""
-    light = part("scene.light.light")
+    light = part("light")
     stage.top_camera(scale=0.05, resolution=8)
     frames = {}
     for name, strength in (("first", 1.0), ("second", 3.0)):
@@ -209,19 +209,19 @@ def test_two_scenes_with_worlds_of_their_own(blender, part, scene, stage, ball, 
 
 def test_the_window_shows_another_scene_when_a_bake_ends(blender, part, scene, stage, ball):
     """What was read is written where it was read: objects, light and all."""
-    inputs, whole_bake = part("core.problem"), part("scene.bake.whole_bake")
+    inputs, whole_bake = part("problem"), part("whole_bake")
     settings = inputs.BakeSettings(mode="UNSHADOWED")
     ball.modifiers.new("Finer", "SUBSURF")
-    allowed = part("scene.settings").Preparation(apply_modifiers=True)
-    whole = whole_bake.WholeBake(blender.context, settings, allowed, part("scene.sky.projection").Windowing(), True)
-    results = part("core.bake.bake").bake(whole.plan.problem)
+    allowed = part("settings").Preparation(apply_modifiers=True)
+    whole = whole_bake.WholeBake(blender.context, settings, allowed, part("projection").Windowing(), True)
+    results = part("bake").bake(whole.plan.problem)
     blender.ops.scene.new(type="NEW")
     other = blender.context.scene
     other.world = blender.data.worlds.new("Other")
     assert other != scene
     whole.write(blender.context, results)
-    assert blender.context.scene == other and not part("scene.light.light").has_light(other.world)
-    assert part("scene.light.light").has_light(scene.world) and part("scene.mesh.layers").is_baked(ball.data)
+    assert blender.context.scene == other and not part("light").has_light(other.world)
+    assert part("light").has_light(scene.world) and part("layers").is_baked(ball.data)
     assert not ball.modifiers and len(ball.data.vertices) == len(results.transport[0])
 
 
@@ -234,9 +234,9 @@ def test_loading_another_file(blender, part, scene, ball, tmp_path):
         blender.ops.prt.check()
     blender.ops.wm.open_mainfile(filepath=path)
     ob = blender.data.objects["Ball"]
-    assert part("scene.bake.freshness").glance(blender.context, ob).state == "UNCHECKED"
+    assert part("freshness").glance(blender.context, ob).state == "UNCHECKED"
     blender.ops.prt.check()
-    assert part("scene.bake.freshness").glance(blender.context, ob).state == "FRESH"
+    assert part("freshness").glance(blender.context, ob).state == "FRESH"
 
 
 def test_handlers_leave_other_versions_and_libraries_alone(blender, ball, tmp_path):

@@ -96,7 +96,7 @@ def test_one_material_serves_both_spaces(blender, part, scene, stage, tmp_path):
     place(blender, fixed, (0.4, -0.9, 2.3))
     moving.prt.space = "OBJECT"
     blender.ops.prt.bake(mode="UNSHADOWED")
-    space_of = part("scene.mesh.layers").space_of
+    space_of = part("layers").space_of
     assert (space_of(moving.data), space_of(fixed.data)) == ("OBJECT", "SCENE")
     place(blender, moving, (0.4, -0.9, 2.3))
     frame = stage.render(tmp_path / "frame.exr")
@@ -142,7 +142,7 @@ def test_animated_object_in_a_blender_without_the_extension(blender, scene, stag
 @pytest.mark.parametrize("where", PLACES, ids=["plain", "scaled", "mirrored"])
 def test_own_axes_turned_are_the_worlds(blender, part, scene, stage, where):
     """The stored numbers: `T_scene = M(F) T_object` for the object's axes F, a reflection too, in closed form."""
-    layers, rotation_matrix = part("scene.mesh.layers"), part("core.sphere.rotation").rotation_matrix
+    layers, rotation_matrix = part("layers"), part("rotation").rotation_matrix
     stage.environment(stage.picture("Six", stage.six_coloured_sky(16)))
     ob = two_spheres(stage)
     turn, _, scale = where
@@ -162,7 +162,7 @@ def test_own_surface_is_all_that_counts(blender, part, scene, stage, mode):
     """Neither company, place nor turn changes an object that moves: the same bits but for rays that graze an edge, and
     for hits that a last bit has moved, which may draw another corner of their triangle to bounce off.
     """
-    layers = part("scene.mesh.layers")
+    layers = part("layers")
     stage.environment(stage.picture("Six", stage.six_coloured_sky(16)))
     ob = two_spheres(stage)
     bake(blender, ob, "OBJECT", mode, samples=256)
@@ -182,7 +182,7 @@ def test_own_surface_is_all_that_counts(blender, part, scene, stage, mode):
 
 def test_company_is_shadowed_and_all_rays_are_counted(blender, part, scene, stage):
     """Objects of both kinds in one bake: what moves still occludes what stays, not the other way round."""
-    layers = part("scene.mesh.layers")
+    layers = part("layers")
     stage.environment(stage.picture("Six", stage.six_coloured_sky(16)))
     ground = stage.object_of("Ground", stage.grid(1, 0.1), stage.diffuse())
     roof = stage.object_of("Roof", stage.grid(1, 50.0), location=(0, 0, 1))
@@ -195,9 +195,9 @@ def test_company_is_shadowed_and_all_rays_are_counted(blender, part, scene, stag
     blender.ops.prt.bake(mode="SHADOWED", samples=64)
     assert layers.read(ground.data)[:, 0] == pytest.approx(open_sky, abs=1e-4)
     roof.prt.space = "SCENE"
-    settings = part("core.problem").BakeSettings(samples=64)
-    plan = part("scene.bake.gather").gather(blender.context, [ground, roof], settings)
-    job = part("worker.job").bake_job(plan.problem, threads=1)
+    settings = part("problem").BakeSettings(samples=64)
+    plan = part("gather").gather(blender.context, [ground, roof], settings)
+    job = part("job").bake_job(plan.problem, threads=1)
     job.start()
     assert [len(transport) for transport in job.result().transport] == [4, 4]
     assert job.done == job.work and job.done.rays == 8 * 64
@@ -205,7 +205,7 @@ def test_company_is_shadowed_and_all_rays_are_counted(blender, part, scene, stag
 
 def test_bounces_of_moving_objects_reach_those_that_stay(blender, part, scene, stage):
     """Interreflected: a red wall that moves colours the floor from where it stands, and keeps none of the floor's light."""
-    read = part("scene.mesh.layers").read
+    read = part("layers").read
     stage.environment(stage.picture("Six", stage.six_coloured_sky(16)))
     floor = stage.object_of("Floor", stage.grid(4, 1.0), stage.diffuse("White", (1, 1, 1)))
     wall = stage.object_of("Wall", stage.grid(4, 1.0), stage.diffuse("Red", (1, 0, 0)), (-1, 0, 1))

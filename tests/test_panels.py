@@ -75,8 +75,8 @@ def test_in_every_state(blender, part, scene, stage, drawn):
     ob.location.x = 1.0
     blender.context.view_layer.update()
     assert "it was moved" in " ".join(drawn())
-    settings = part("core.problem").BakeSettings(samples=1 << 14)
-    job = part("worker.job").bake_job(part("scene.bake.gather").gather(blender.context, [ob], settings).problem)
+    settings = part("problem").BakeSettings(samples=1 << 14)
+    job = part("job").bake_job(part("gather").gather(blender.context, [ob], settings).problem)
     job.start()
     assert "Cancel" in drawn()
     job.cancel()
@@ -138,9 +138,7 @@ def test_large_files_are_drawn_quickly(blender, part, scene, stage, drawn):
     for number in range(200):
         stage.diffuse(f"Material {number}")
     blender.context.view_layer.objects.active = ob
-    part("scene.mesh.layers").write(
-        mesh, "POINT", np.zeros((8, 9), np.float32), np.arange(8), part("core.problem").BakeSettings()
-    )
+    part("layers").write(mesh, "POINT", np.zeros((8, 9), np.float32), np.arange(8), part("problem").BakeSettings())
     blender.ops.prt.project_light(window="NONE")
     scene["prt_report"] = json.dumps({"all": {"advice": {"sampling": "fine"}}, "objects": [{"name": "x" * 99}] * 2000})
     glances = part("glances")

@@ -19,8 +19,8 @@ def expected_pixels(part, bpy, stage, base_colour, rotation, strength=1.0):
     """
     from mathutils import Euler
 
-    light, layers = part("scene.light.light"), part("scene.mesh.layers")
-    rotation_matrix = part("core.sphere.rotation").rotation_matrix
+    light, layers = part("light"), part("layers")
+    rotation_matrix = part("rotation").rotation_matrix
     turn = np.array(Euler(rotation).to_matrix())
     turned = rotation_matrix(turn.T) @ light.read_light(bpy.context.scene.world)
     depsgraph = bpy.context.evaluated_depsgraph_get()
@@ -217,7 +217,7 @@ def test_keyframed_sky_without_the_extension(blender, part, scene, stage, tmp_pa
     ours = []
     for frame in (1, 2):
         scene.frame_set(frame)  # and thereby projected
-        assert not part("scene.light.state").light_state(world).stale
+        assert not part("light_state").light_state(world).stale
         ours.append(stage.render(tmp_path / "ours.exr"))
     assert blender.ops.prt.keyframe_light(frame_start=1, frame_end=2) == {"FINISHED"}
     for theirs, wanted in zip(render_elsewhere(blender, stage, tmp_path, 2), ours, strict=True):

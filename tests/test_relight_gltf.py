@@ -96,8 +96,8 @@ def test_every_vertex_of_a_turned_object(blender, part, scene, stage, shaded, sp
     blender.ops.prt.bake(mode="SHADOWED", samples=64)
     positions, colours = shaded("cube.glb" if form == "GLB" else "cube.gltf", export_format=form)
     axes = np.array(Euler((0.3, 1.1, -0.7)).to_matrix()) if space == "OBJECT" else np.eye(3)
-    light = part("core.sphere.rotation").rotation_matrix(axes.T) @ part("scene.light.light").shown_light(scene.world)
-    radiance = np.maximum(np.einsum("nic,ic->nc", part("scene.mesh.layers").read(cube.data), light), 0.0)
+    light = part("rotation").rotation_matrix(axes.T) @ part("light").shown_light(scene.world)
+    radiance = np.maximum(np.einsum("nic,ic->nc", part("layers").read(cube.data), light), 0.0)
     matrix = np.array(cube.matrix_world)
     corners = np.array([cube.data.vertices[loop.vertex_index].co for loop in cube.data.loops])
     corners = corners @ matrix[:3, :3].T + matrix[:3, 3]

@@ -34,7 +34,15 @@ def test_the_check_itself():
     source = "import bpy.types as t\ndef f():\n    from gpu import state\nfrom . import sh"
     assert set(imported(source)) == {"bpy", "gpu"}
     assert climbs_out("from ..scene import meshes") and not climbs_out("from .sh import basis")
-    assert {path.stem for path in MODULES} >= {"sh", "rotation", "sampling", "envmap", "raycast", "transport", "bake"}
+    assert {path.stem for path in MODULES} >= {
+        "sh",
+        "rotation",
+        "directions",
+        "projection",
+        "raycast",
+        "direct",
+        "bake",
+    }
 
 
 @pytest.mark.parametrize("path", MODULES, ids=lambda path: path.stem)

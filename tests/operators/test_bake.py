@@ -14,7 +14,7 @@ def stage(scene):
 
 
 def transport(part, ob):
-    return part("scene.mesh.layers").read(ob.data)
+    return part("layers").read(ob.data)
 
 
 def test_nothing_selected_bakes_all_that_renders(blender, part, scene, stage):
@@ -23,7 +23,7 @@ def test_nothing_selected_bakes_all_that_renders(blender, part, scene, stage):
     hidden = stage.object_of("Hidden", stage.cube(), location=(5, 0, 0))
     hidden.hide_render = True
     assert blender.ops.prt.bake(mode="SHADOWED", samples=16) == {"FINISHED"}
-    is_baked = part("scene.mesh.layers").is_baked
+    is_baked = part("layers").is_baked
     assert is_baked(seen.data) and not is_baked(hidden.data)
 
 
@@ -56,7 +56,7 @@ def test_meshes_without_vertices_take_no_part(blender, part, scene, stage, mode)
     scene.collection.objects.link(blender.data.objects.new("Empty", blender.data.meshes.new("Empty")))
     cube.select_set(True)
     assert blender.ops.prt.bake(mode=mode, samples=4) == {"FINISHED"}
-    assert part("scene.mesh.layers").is_baked(cube.data) and blender.ops.prt.check() == {"FINISHED"}
+    assert part("layers").is_baked(cube.data) and blender.ops.prt.check() == {"FINISHED"}
     cube.select_set(False)
     assert blender.ops.prt.bake(mode=mode, samples=4) == {"FINISHED"}  # of all that renders show
     scene.objects["Empty"].select_set(True)
@@ -68,7 +68,7 @@ def test_keyframed_light_stays(blender, part, scene, stage):
     """Another bake of a mesh says nothing of the sky; to project the world does."""
     stage.object_of("Cube", stage.cube())
     blender.ops.prt.keyframe_light(frame_start=1, frame_end=2)
-    light = part("scene.light.light")
+    light = part("light")
     for operator, stays in ((blender.ops.prt.bake, True), (blender.ops.prt.project_light, False)):
         operator(**({"mode": "UNSHADOWED"} if stays else {}))
         assert light.has_light(scene.world) and light.is_keyframed(scene.world) == stays
@@ -82,7 +82,7 @@ def test_imported_light_stays(blender, part, scene, stage, tmp_path):
     blender.ops.prt.export_games202(directory=str(tmp_path))
     (tmp_path / "light.txt").write_text("\n".join(["0.25 0.5 0.75"] * 9))
     blender.ops.prt.import_games202(directory=str(tmp_path))
-    light = part("scene.light.light")
+    light = part("light")
     imported = light.read_light(scene.world)
     blender.ops.prt.bake(mode="UNSHADOWED")
     np.testing.assert_array_equal(light.read_light(scene.world), imported)
@@ -94,14 +94,12 @@ def test_a_world_that_was_swapped_during_the_bake_gives_its_own_light(blender, p
     """What is written is the light of the world that the scene then has."""
     stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
     stage.object_of("Cube", stage.cube())
-    settings, whole = part("core.problem").BakeSettings("UNSHADOWED"), part("scene.bake.whole_bake").WholeBake
-    bake = whole(
-        blender.context, settings, part("scene.bake.prepare").NOTHING, part("scene.sky.projection").Windowing()
-    )
+    settings, whole = part("problem").BakeSettings("UNSHADOWED"), part("whole_bake").WholeBake
+    bake = whole(blender.context, settings, part("prepare").NOTHING, part("projection").Windowing())
     former, scene.world = scene.world, blender.data.worlds.new("Other")
     stage.environment(stage.picture("Other", stage.six_coloured_sky(16)[::-1]))
-    bake.write(blender.context, part("core.bake.bake").bake(bake.plan.problem))
-    light, state = part("scene.light.light"), part("scene.light.state")
+    bake.write(blender.context, part("bake").bake(bake.plan.problem))
+    light, state = part("light"), part("light_state")
     assert not light.has_light(former) and state.light_state(scene.world).text == "Light is fresh"
     baked = light.read_light(scene.world)
     blender.ops.prt.project_light()
@@ -147,7 +145,7 @@ def test_edit_mode_is_kept(blender, part, scene, stage):
     blender.ops.prt.bake(mode="UNSHADOWED")
     assert ob.mode == "EDIT"
     blender.ops.object.mode_set(mode="OBJECT")
-    assert part("scene.mesh.layers").is_baked(ob.data)
+    assert part("layers").is_baked(ob.data)
 
 
 def nan_mesh(stage):
@@ -215,24 +213,24 @@ def test_scene_without_meshes_is_refused(blender, scene, stage):
 def test_missing_ray_caster_is_said_and_unshadowed_still_works(blender, part, scene, stage, monkeypatch):
     """Never a traceback."""
     ob = stage.object_of("Cube", stage.cube())
-    monkeypatch.setattr(part("core.transport.raycast"), "EmbreeScene", None)
+    monkeypatch.setattr(part("raycast"), "EmbreeScene", None)
     with pytest.raises(RuntimeError, match="embreex"):
         blender.ops.prt.bake(mode="SHADOWED")
     assert blender.ops.prt.bake(mode="UNSHADOWED") == {"FINISHED"}
-    assert part("scene.mesh.layers").is_baked(ob.data)
+    assert part("layers").is_baked(ob.data)
 
 
 def test_cancel_changes_nothing_and_a_second_bake_is_refused_meanwhile(blender, part, scene, stage):
     """A running job blocks another; cancelled, it raises and leaves no state behind."""
     ob = stage.object_of("Ball", stage.icosphere(5))
-    settings, jobs = part("core.problem").BakeSettings(samples=1 << 14), part("worker.job")
-    job = jobs.bake_job(part("scene.bake.gather").gather(blender.context, [ob], settings).problem)
+    settings, jobs = part("problem").BakeSettings(samples=1 << 14), part("job")
+    job = jobs.bake_job(part("gather").gather(blender.context, [ob], settings).problem)
     job.start()
     assert not blender.ops.prt.bake.poll()
     assert blender.ops.prt.cancel() == {"FINISHED"}
     job.wait(5.0)
     assert not job.running and job.done.rays < job.work.rays
-    with pytest.raises(part("core.errors").Cancelled):
+    with pytest.raises(part("errors").Cancelled):
         job.result()
     assert jobs.running_job() is None and blender.ops.prt.bake.poll()
     assert "_PRT_0" not in ob.data.attributes
@@ -241,7 +239,7 @@ def test_cancel_changes_nothing_and_a_second_bake_is_refused_meanwhile(blender, 
 def test_another_colour_is_baked_from_what_the_engine_keeps(blender, part, scene, stage):
     """Edit a colour or the bounces, bake again in the same process, and get the bits of a full bake in a new one.
 
-    That no ray is cast is shown in `core/test_kept.py`.
+    That no ray is cast is shown in `core/bake/test_cache.py`.
     """
     material = stage.diffuse(colour=(0.8, 0.2, 0.2))
     ob = stage.object_of("Ball", stage.icosphere(3), material)
@@ -250,12 +248,12 @@ def test_another_colour_is_baked_from_what_the_engine_keeps(blender, part, scene
     red = transport(part, ob)
     material.node_tree.nodes["Diffuse BSDF"].inputs["Color"].default_value = (0.2, 0.9, 0.2, 1.0)
 
-    jobs = part("worker.job")
+    jobs = part("job")
     engine = jobs._engine.process
     blender.ops.prt.bake(mode="INTERREFLECTED", samples=64, bounces=5)
     assert jobs._engine.process == engine
     green = transport(part, ob)
-    part("worker.job").end_engine()
+    part("job").end_engine()
     blender.ops.prt.bake(mode="INTERREFLECTED", samples=64, bounces=5)
     assert np.array_equal(transport(part, ob), green)
     assert not np.array_equal(red, green)

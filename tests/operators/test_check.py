@@ -54,7 +54,7 @@ def stale(blender, part):
     def find():
         blender.context.view_layer.update()
         meshes = [ob for ob in blender.data.objects if ob.type == "MESH"]
-        found = part("scene.bake.freshness").freshness(blender.context, meshes)
+        found = part("freshness").freshness(blender.context, meshes)
         assert {one.state for one in found} <= {"FRESH", "STALE"}
         return {one.name: set(one.causes) for one in found if one.state == "STALE"}
 
@@ -164,7 +164,7 @@ def test_subsets_agree_with_the_whole(blender, part, three, bake, stale):
     assert stale() == {}
     shift(cube)
     blender.context.view_layer.update()
-    freshness = part("scene.bake.freshness").freshness
+    freshness = part("freshness").freshness
     for company in ([ball], [ball, cube], [cube, floor, ball]):
         found = {one.name: set(one.causes) for one in freshness(blender.context, company)}
         assert found["Ball"] == OTHERS
@@ -228,10 +228,10 @@ def test_duplicates_do_not_cancel(blender, stage, bake, stale):
 def test_settings_that_matter_to_the_mode(blender, scene, part, three, bake):
     """Said with both values; what the mode does not use is not compared."""
     floor, _, _ = three
-    glance = part("scene.bake.freshness").glance
+    glance = part("freshness").glance
 
     def said():
-        [found] = part("scene.bake.freshness").freshness(blender.context, [floor])
+        [found] = part("freshness").freshness(blender.context, [floor])
         assert glance(blender.context, floor) == found
         return found.text
 
@@ -278,7 +278,7 @@ def test_never_baked_removed_and_older_versions(blender, scene, part, three, bak
     record = ball.data["prt_bake"].to_dict()
     del record["fingerprint"], record["elements"]
     ball.data["prt_bake"] = cube.data["prt_bake"] = record | {"version": 1}  # the cube has no layers
-    found = part("scene.bake.freshness").freshness(blender.context, three)
+    found = part("freshness").freshness(blender.context, three)
     assert [one.state for one in found] == ["FRESH", "UNKNOWN", "NEVER"]
     assert found[1].text == "of unknown origin: bake again to be able to check"
 
@@ -286,7 +286,7 @@ def test_never_baked_removed_and_older_versions(blender, scene, part, three, bak
 def test_the_drawn_state_follows_at_once_or_with_the_next_check(blender, scene, part, stage, three, bake):
     """Moves and counts are seen without a check; deeper causes as the last check or bake of the session found them."""
     floor, ball, cube = three
-    module = part("scene.bake.freshness")
+    module = part("freshness")
 
     def drawn(ob):
         blender.context.view_layer.update()

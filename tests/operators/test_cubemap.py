@@ -70,7 +70,7 @@ def photographic(part, size=64):
     import bpy
     import headless
 
-    picture = part("scene.blender.images").linear_pixels(bpy.data.images.load(str(headless.studio_hdri("sunrise"))))
+    picture = part("images").linear_pixels(bpy.data.images.load(str(headless.studio_hdri("sunrise"))))
     height, width = picture.shape[:2]
     u, v = np.meshgrid(*[(2 * np.arange(size) + 1) / size - 1] * 2)
     one = np.ones_like(u)
@@ -105,8 +105,8 @@ def test_encoded_faces(blender, part, scene, tmp_path, table, suffix):
         linear = {name: x**2.2 for name, x in fraction.items()}
     else:
         linear = {n: np.where(x <= 0.04045, x / 12.92, ((x + 0.055) / 1.055) ** 2.4) for n, x in fraction.items()}
-    wanted = part("core.sky.cube_map").project_cubemap(linear, table)
-    stored = part("scene.light.light").read_light(scene.world)
+    wanted = part("cube_map").project_cubemap(linear, table)
+    stored = part("light").read_light(scene.world)
     np.testing.assert_allclose(stored, wanted, rtol=0, atol=1e-5 * wanted.max())
 
 
@@ -119,8 +119,8 @@ def test_float_faces(blender, part, scene, stage, tmp_path, suffix):
         Image.fromarray(face).save(folder / f"{name}.png")
     for table in ("OPENGL", "GAMES202"):
         blender.ops.prt.import_cubemap(directory=str(folder), table=table)
-        wanted = part("core.sky.cube_map").project_cubemap(faces, table)
-        stored = part("scene.light.light").read_light(scene.world)
+        wanted = part("cube_map").project_cubemap(faces, table)
+        stored = part("light").read_light(scene.world)
         np.testing.assert_allclose(stored, wanted, rtol=0, atol=(1e-6 if suffix == ".exr" else 8e-3) * wanted.max())
 
 
@@ -138,7 +138,7 @@ def test_light_is_what_blender_shows(blender, part, scene, stage, tmp_path, sky)
     mapping = scene.world.node_tree.nodes["Mapping"]
     for rotation in ROTATIONS:
         mapping.inputs["Rotation"].default_value = rotation
-        shown = part("scene.light.light").shown_light(scene.world)
+        shown = part("light").shown_light(scene.world)
         wanted = panorama.light_of_world(tmp_path / "world.exr", 256)
         assert np.abs(shown - wanted).max() < 1e-3 * np.abs(wanted).max(), rotation
 
@@ -147,13 +147,13 @@ def test_the_world_holds_the_light(blender, part, scene, stage, tmp_path):
     """Projecting the world again, as a bake does, after saving and loading, gives the light of the faces."""
     folder = write_float(stage, tmp_path / "Sky", hot_texel("negz", 32))
     blender.ops.prt.import_cubemap(directory=str(folder))
-    before = part("scene.light.light").read_light(scene.world)
+    before = part("light").read_light(scene.world)
     blender.ops.wm.save_as_mainfile(filepath=str(tmp_path / "sky.blend"))
     blender.ops.wm.open_mainfile(filepath=str(tmp_path / "sky.blend"))
     world = blender.context.scene.world
-    assert part("scene.light.light").remove_light(world)
+    assert part("light").remove_light(world)
     blender.ops.prt.project_light()
-    after = part("scene.light.light").read_light(world)
+    after = part("light").read_light(world)
     np.testing.assert_allclose(after, before, rtol=0, atol=2e-4 * before.max())
 
 
@@ -161,14 +161,14 @@ def test_light_is_windowed_like_any_other(blender, part, scene, stage, tmp_path)
     """As asked for, or as the scene has it; and then it is fresh."""
     folder = write_float(stage, tmp_path / "Sky", hot_texel("negz", 16))
     blender.ops.prt.import_cubemap(directory=str(folder))
-    whole = part("scene.light.light").read_light(scene.world)
-    factors = np.repeat(part("core.sphere.window").band_factors("HANN"), [1, 3, 5])[:, None]
+    whole = part("light").read_light(scene.world)
+    factors = np.repeat(part("window").band_factors("HANN"), [1, 3, 5])[:, None]
     scene.prt.window = "HANN"
     for given in ({}, {"window": "NONE"}):
         blender.ops.prt.import_cubemap(directory=str(folder), **given)
-        stored = part("scene.light.light").read_light(scene.world)
+        stored = part("light").read_light(scene.world)
         np.testing.assert_allclose(stored, whole if given else whole * factors, rtol=0, atol=1e-9)
-        assert part("scene.light.state").light_state(scene.world).text == "Light is fresh"
+        assert part("light_state").light_state(scene.world).text == "Light is fresh"
 
 
 def test_size_of_the_panorama(blender, scene, tmp_path):

@@ -47,13 +47,13 @@ def test_files_are_the_courses(blender, part, scene, stage, baked, tmp_path):
     first = np.array(lines[1].split(), dtype=float)
     mesh = baked.data
     mesh.calc_loop_triangles()
-    stored = part("scene.mesh.layers").read(mesh)[mesh.loop_triangles[0].loops[0]].mean(axis=1)
-    basis = part("core.sphere.sh").basis
+    stored = part("layers").read(mesh)[mesh.loop_triangles[0].loops[0]].mean(axis=1)
+    basis = part("sh").basis
     turn = np.array(Euler((0.3, -0.4, 1.2)).to_matrix())
     for direction in np.random.default_rng(5).normal(size=(8, 3)):
         direction /= np.linalg.norm(direction)
         theirs = y_up_condon_shortley(direction)
-        sky = 2.0 * basis(turn @ direction) @ part("scene.light.light").read_light(scene.world)
+        sky = 2.0 * basis(turn @ direction) @ part("light").read_light(scene.world)
         np.testing.assert_allclose(theirs @ light, sky, rtol=1e-4, atol=1e-4)
         np.testing.assert_allclose(theirs @ first, basis(direction) @ stored, atol=2e-6)
 
@@ -73,13 +73,13 @@ def test_round_trip_is_the_identity(blender, part, scene, stage, baked, tmp_path
 
 def test_the_scale_without_pi_is_detected(blender, part, scene, stage, baked, tmp_path):
     """0.8862 or 0.2821: both arrive as the same transport."""
-    before = part("scene.mesh.layers").read(baked.data).mean(axis=2)
+    before = part("layers").read(baked.data).mean(axis=2)
     blender.ops.prt.export_games202(directory=str(tmp_path))
     header, *rows = (tmp_path / "transport.txt").read_text().splitlines()
     scaled = [" ".join(f"{float(number) * np.pi:.6g}" for number in row.split()) for row in rows]
     (tmp_path / "transport.txt").write_text("\n".join([header, *scaled]) + "\n")
     blender.ops.prt.import_games202(directory=str(tmp_path))
-    np.testing.assert_allclose(part("scene.mesh.layers").read(baked.data).mean(axis=2), before, atol=2e-6)
+    np.testing.assert_allclose(part("layers").read(baked.data).mean(axis=2), before, atol=2e-6)
 
 
 def _lines(change):
@@ -103,15 +103,15 @@ SPELLINGS = {
 @pytest.mark.parametrize("spelling", SPELLINGS)
 def test_other_spellings_are_read(blender, part, scene, stage, baked, tmp_path, spelling):
     """What other systems make of the files is the same mesh under the same light."""
-    read = part("scene.mesh.layers").read
+    read = part("layers").read
     blender.ops.prt.export_games202(directory=str(tmp_path))
     blender.ops.prt.import_games202(directory=str(tmp_path))
-    light, transport = part("scene.light.light").read_light(scene.world), read(baked.data)
+    light, transport = part("light").read_light(scene.world), read(baked.data)
     for name in ("light.txt", "transport.txt"):
         text = (tmp_path / name).read_text()
         (tmp_path / name).write_bytes(SPELLINGS[spelling](text).encode())
     blender.ops.prt.import_games202(directory=str(tmp_path))
-    np.testing.assert_allclose(part("scene.light.light").read_light(scene.world), light, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(part("light").read_light(scene.world), light, rtol=0, atol=1e-12)
     np.testing.assert_allclose(read(baked.data), transport, rtol=0, atol=1e-7)
 
 
@@ -134,10 +134,10 @@ def test_broken_files_leave_everything_as_it_was(blender, part, scene, stage, ba
     name, spoil, message = BROKEN[case]
     blender.ops.prt.export_games202(directory=str(tmp_path))
     (tmp_path / name).write_text(spoil((tmp_path / name).read_text()))
-    read, light = part("scene.mesh.layers").read, part("scene.light.light")
+    read, light = part("layers").read, part("light")
 
     def state():
-        record = part("scene.mesh.record").read_record(baked.data)
+        record = part("record").read_record(baked.data)
         return read(baked.data).tobytes(), light.read_light(scene.world).tobytes(), repr(record)
 
     before = state()
@@ -240,14 +240,14 @@ def test_the_course_s_own_parameters(blender, part, scene, stage, tmp_path):
 def test_refusals_leave_everything_as_it_was(blender, part, scene, stage, baked, tmp_path):
     """Another mesh's file names both counts; a missing folder is said; the bake and the light stay."""
     blender.ops.prt.export_games202(directory=str(tmp_path))
-    before = part("scene.mesh.layers").read(baked.data)
+    before = part("layers").read(baked.data)
     text = (tmp_path / "transport.txt").read_text()
     (tmp_path / "transport.txt").write_text("\n".join(text.splitlines()[:-1]) + "\n")
     with pytest.raises(RuntimeError, match=r"35 rows.*36 face corners"):
         blender.ops.prt.import_games202(directory=str(tmp_path))
     with pytest.raises(RuntimeError, match=r"nowhere.*cannot be used"):
         blender.ops.prt.import_games202(directory=str(tmp_path / "nowhere"))
-    assert np.array_equal(part("scene.mesh.layers").read(baked.data), before)
+    assert np.array_equal(part("layers").read(baked.data), before)
     assert scene.world.animation_data.drivers
     blender.ops.prt.remove()
     with pytest.raises(RuntimeError, match="not baked"):

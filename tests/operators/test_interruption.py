@@ -52,11 +52,11 @@ def job_of(blender, part):
     """A job for all that renders, as the button makes it."""
 
     def make(mode, samples, bounces=3, threads=2):
-        part("worker.job").end_engine()
-        core, gather = part("core.problem"), part("scene.bake.gather")
+        part("job").end_engine()
+        core, gather = part("problem"), part("gather")
         settings = core.BakeSettings(mode, samples=samples, bounces=bounces)
         plan = gather.gather(blender.context, gather.objects_to_bake(blender.context), settings)
-        return lambda: part("worker.job").bake_job(plan.problem, threads=threads)
+        return lambda: part("job").bake_job(plan.problem, threads=threads)
 
     return make
 
@@ -133,7 +133,7 @@ def test_the_window_stays_live(blender, part, large, job_of, mode):
     make = job_of(mode, 32)
 
     def measure():
-        part("worker.job").end_engine()
+        part("job").end_engine()
         return longest_step(make())
 
     assert least(measure, 0.02) < 0.02
@@ -153,7 +153,7 @@ def test_a_cancel_is_quick_and_leaves_nothing(blender, part, stage, large, job_o
     make = job_of("INTERREFLECTED", 64, bounces=100)
 
     def seconds_to_stop(moment):
-        part("worker.job").end_engine()
+        part("job").end_engine()
         job = make()
         job.start()
         while job.running and not moment(job):
@@ -162,14 +162,14 @@ def test_a_cancel_is_quick_and_leaves_nothing(blender, part, stage, large, job_o
         asked = time.perf_counter()
         job.wait()
         stopped = time.perf_counter() - asked
-        with pytest.raises(part("core.errors").Cancelled):
+        with pytest.raises(part("errors").Cancelled):
             job.result()
         return stopped
 
     for name, moment in MOMENTS.items():
         assert least(partial(seconds_to_stop, moment), 0.2) < 0.2, name
     assert snapshot(blender, stage) == before
-    assert part("worker.job").running_job() is None
+    assert part("job").running_job() is None
     assert blender.ops.prt.bake(mode="SHADOWED", samples=1) == {"FINISHED"}
 
 
@@ -190,7 +190,7 @@ def test_progress_counts_bounces_too(part, large, job_of):
 
 
 def test_long_waits_are_told_in_minutes_and_hours(part):
-    spoken = part("worker.job")._spoken
+    spoken = part("job")._spoken
     told = [spoken(seconds) for seconds in (0.4, 59.7, 120, 200, 3560, 3599, 7312)]
     assert told == ["0 s", "60 s", "120 s", "3 min 20 s", "59 min 20 s", "1 h 0 min", "2 h 2 min"]
 
@@ -275,9 +275,9 @@ def test_a_second_bake_is_refused(blender, part, stage, small, job_of, tmp_path)
         assert not operator.poll()
         with pytest.raises(RuntimeError, match="A bake is running"):
             operator()
-    with pytest.raises(part("core.errors").PRTError, match="A bake is running"):
+    with pytest.raises(part("errors").PRTError, match="A bake is running"):
         make().start()
-    assert part("worker.job").running_job() is job
+    assert part("job").running_job() is job
     job.cancel()
     job.wait()
     assert snapshot(blender, stage) == before
@@ -290,8 +290,8 @@ def test_another_file_ends_the_engine(blender, part, stage, small, job_of):
     job.start()
     job.wait(0.3)
     blender.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
-    assert not job.running and part("worker.job").running_job() is None and not engines()
-    with pytest.raises(part("core.errors").Cancelled):
+    assert not job.running and part("job").running_job() is None and not engines()
+    with pytest.raises(part("errors").Cancelled):
         job.result()
     stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
     stage.object_of("Cube", stage.cube())
@@ -319,7 +319,7 @@ def after_the_start(part, *acts):
     over = threading.Event()
 
     def act():
-        jobs, until = part("worker.job"), time.monotonic() + 60.0
+        jobs, until = part("job"), time.monotonic() + 60.0
         while not jobs.running_job() and time.monotonic() < until:
             time.sleep(0.01)
         time.sleep(0.5)
@@ -356,13 +356,13 @@ def test_ctrl_c_in_a_script(blender, part, stage, small, tmp_path, operator, pre
             wait_for_it()
     assert snapshot(blender, stage) == before
     assert signal.getsignal(signal.SIGINT) is answer
-    assert part("worker.job").running_job() is None
+    assert part("job").running_job() is None
 
 
 def test_cancel_of_a_running_operator(blender, part, stage, small):
     """From a script's other thread while this one waits: that is no error."""
     before = snapshot(blender, stage)
-    wait_for_it = after_the_start(part, lambda: part("worker.job").running_job().cancel())
+    wait_for_it = after_the_start(part, lambda: part("job").running_job().cancel())
     assert blender.ops.prt.bake(mode="SHADOWED", samples=NOT_SOON) == {"CANCELLED"}
     wait_for_it()
     assert snapshot(blender, stage) == before

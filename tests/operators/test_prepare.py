@@ -15,7 +15,7 @@ def stage(scene):
 
 @pytest.fixture
 def is_baked(part):
-    return part("scene.mesh.layers").is_baked
+    return part("layers").is_baked
 
 
 def twins(stage):
@@ -77,7 +77,7 @@ def test_modifiers_are_applied_on_a_copy(blender, part, scene, stage, is_baked):
     assert "Map" in ob.data.uv_layers and ob.data["mine"] == 3 and "Group" in ob.vertex_groups
     assert ob.data.vertices[0].groups[0].weight > 0
     assert ob.material_slots[0].link == "OBJECT" and ob.material_slots[0].material.name == "Objects"
-    transport = part("scene.mesh.layers").read(ob.data)
+    transport = part("layers").read(ob.data)
     assert len(transport) == len(ob.data.loops) and transport[:, 0].min() > 0.2, "convex: nothing is shadowed"
 
 
@@ -141,7 +141,7 @@ def test_failure_leaves_the_file_as_it_was(blender, part, scene, stage, monkeypa
     ob = rounded(stage)
     twins(stage)
     before = datablocks(blender), ob.data.name
-    jobs, errors = part("worker.job"), part("core.errors")
+    jobs, errors = part("job"), part("errors")
 
     def cancelled(*_):
         raise errors.Cancelled("Cancelled; nothing was changed.")
@@ -171,5 +171,5 @@ def test_prepared_meshes_are_fresh(blender, part, scene, stage):
     round_one = rounded(stage)
     blender.ops.prt.bake(mode="SHADOWED", samples=16, make_single_user=True, apply_modifiers=True)
     scene.prt.mode, scene.prt.samples = "SHADOWED", 16
-    found = part("scene.bake.freshness").freshness(blender.context, [one, two, round_one])
+    found = part("freshness").freshness(blender.context, [one, two, round_one])
     assert [each.state for each in found] == ["FRESH"] * 3, [each.text for each in found]

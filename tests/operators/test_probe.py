@@ -77,14 +77,14 @@ def test_picture_is_drawn_again(blender, scene, stage, sky):
 
 def test_picture_of_a_light_without_its_sky(blender, part, scene, sky):
     """An imported light follows no nodes: it is shown alone."""
-    part("scene.light.light").write_still_light(scene.world, np.eye(9)[:, :3])
+    part("light").write_still_light(scene.world, np.eye(9)[:, :3])
     blender.ops.prt.show_light()
     assert tuple(blender.data.images["PRT Light of Sky"].size) == (512, 256)
 
 
 def test_energy_kept(blender, part, scene, stage, sky):
     """All of a sky of order 2; of a sky with a sun next to nothing, band by band as NumPy has it."""
-    picture, read_light = part("scene.light.picture"), part("scene.light.light").read_light
+    picture, read_light = part("light_picture"), part("light").read_light
     stage.environment(stage.picture("Small", stage.six_coloured_sky(100)))  # which no other test looks at
     blender.ops.prt.project_light()
     assert not picture.kept(scene.world).of_sky and np.isclose(picture.kept(scene.world).bands.sum(), 1)
@@ -120,9 +120,7 @@ def test_probe_in_eevee(blender, part, scene, stage, sky, tmp_path):
     for rotation in ((0.4, -0.9, 2.3), (0.0, 0.0, 1.1)):
         mapping.inputs["Rotation"].default_value = rotation
         seen = stage.render(tmp_path / "probe.exr")[..., :3]
-        wanted = np.maximum(
-            part("core.sphere.sh").basis(normals) @ part("scene.light.light").shown_light(scene.world), 0
-        )
+        wanted = np.maximum(part("sh").basis(normals) @ part("light").shown_light(scene.world), 0)
         assert np.abs(seen - wanted)[inside].max() < 0.01 * wanted.max()
 
 
@@ -133,7 +131,7 @@ def test_one_probe_at_the_cursor(blender, part, scene, stage, sky, tmp_path):
         blender.ops.prt.show_light(kind="PROBE")
     assert [tuple(ob.location) for ob in scene.objects] == [(1, 2, 3)]
     cube = stage.object_of("Cube", stage.cube())
-    layers, probe = part("scene.mesh.layers"), scene.objects["PRT Light Probe"].data
+    layers, probe = part("layers"), scene.objects["PRT Light Probe"].data
     before = layers.read(probe)
     blender.ops.prt.bake(mode="SHADOWED", samples=16)
     assert np.array_equal(layers.read(probe), before) and layers.is_baked(cube.data)
@@ -149,13 +147,13 @@ def test_one_probe_at_the_cursor(blender, part, scene, stage, sky, tmp_path):
     scene.objects["PRT Light Probe"].select_set(False)
     blender.ops.prt.remove()
     assert scene.objects[:] == [cube] and "PRT Light Probe" not in blender.data.materials
-    assert not part("scene.light.light").has_light(scene.world)
+    assert not part("light").has_light(scene.world)
 
 
 def test_small_picture_follows_the_light(blender, part, scene, sky):
     """In memory alone: brightest at one, drawn anew when the world turns, and no image in the file."""
     _, mapping = sky
-    picture, count = part("scene.light.picture"), len(blender.data.images)
+    picture, count = part("light_picture"), len(blender.data.images)
 
     def drawn():
         blender.context.view_layer.update()
@@ -167,8 +165,8 @@ def test_small_picture_follows_the_light(blender, part, scene, sky):
     for rotation in ((0.4, -0.9, 2.3), (0.0, 0.0, 1.1)):
         mapping.inputs["Rotation"].default_value = rotation
         shown = drawn()
-        light = part("scene.light.light").shown_light(scene.world)
-        wanted = part("core.sky.preview").display(part("core.sky.preview").light_picture(light, 64))
+        light = part("light").shown_light(scene.world)
+        wanted = part("preview").display(part("preview").light_picture(light, 64))
         assert shown[..., :3].max() == 1 and np.abs(shown - wanted).max() < 0.005
     assert len(blender.data.images) == count
 

@@ -91,7 +91,7 @@ def test_error_is_found_where_it_was_put(blender, part, report, room):
     """Transport that was made brighter by a tenth: in the whole, and in no part of it."""
     floor = room(32)
     blender.ops.prt.bake(mode="SHADOWED", samples=256)
-    for name in part("scene.mesh.layers").LAYERS:
+    for name in part("layers").LAYERS:
         data = floor.data.attributes[name].data
         rgba = np.empty(4 * len(data), dtype=np.float32)
         data.foreach_get("color", rgba)
@@ -239,10 +239,10 @@ def test_heat_map_comes_and_goes(blender, part, stage, report, room):
     floor.data.color_attributes.new("Paint", "FLOAT_COLOR", "POINT")
     floor.data.color_attributes.active_color_name = "Paint"
     blender.ops.prt.bake(mode="SHADOWED", samples=256)
-    for name in part("scene.mesh.layers").LAYERS:
+    for name in part("layers").LAYERS:
         for item in floor.data.attributes[name].data[:9]:
             item.color[:3] = [0.0, 0.0, 0.0]
-    layer = part("scene.mesh.heat_map").LAYER
+    layer = part("heat_map").LAYER
     report(parts=set(), heat_map=True)
     colours = np.array([item.color[:] for item in floor.data.attributes[layer].data])
     assert floor.data.color_attributes.active_color_name == layer
@@ -325,7 +325,7 @@ def refusals(blender, scene, part):
         "nothing baked": (blender.ops.prt.remove, "None of these objects is baked"),
         "edited": (lambda: crumple(floor.data), "does not fit its mesh"),
         "other space": (lambda: setattr(floor.prt, "space", "OBJECT"), "baked for 'Scene' and is now set to 'Object'"),
-        "no light": (lambda: part("scene.light.light").remove_light(scene.world), "press Project World"),
+        "no light": (lambda: part("light").remove_light(scene.world), "press Project World"),
         "no world": (lambda: setattr(scene, "world", None), "has no world"),
         "no camera": (lambda: setattr(scene, "camera", None), "has no camera"),
         "no shading": (blender.ops.prt.remove_shading, "press Add Shading"),

@@ -38,8 +38,8 @@ def merge(bpy, folder, **options):
 @pytest.fixture
 def forget(part):
     """Traces kept in memory would make it easy."""
-    part("worker.job").end_engine()
-    return part("worker.job").end_engine
+    part("job").end_engine()
+    return part("job").end_engine
 
 
 def double(folder):
@@ -54,7 +54,7 @@ def test_what_lies_in_the_folder_needs_no_rays(blender, part, scene, stage, tmp_
     """Of shards and of checkpoints; other samples cast theirs."""
 
     def floor():
-        return part("scene.mesh.layers").read(scene.objects["Floor"].data)
+        return part("layers").read(scene.objects["Floor"].data)
 
     blender.ops.prt.bake(mode="SHADOWED", **OPTIONS)
     plain = floor()
@@ -205,7 +205,7 @@ def test_memory_is_a_setting_that_changes_no_bits(blender, part, scene, stage, f
     """With none at all, every hit lies in a file that the engine keeps open."""
 
     def mapped():
-        engine = part("worker.job")._engine.process
+        engine = part("job")._engine.process
         maps = Path(f"/proc/{engine}/maps").read_text().splitlines()
         return sum(tempfile.gettempdir() in line and "deleted" in line for line in maps)
 

@@ -39,7 +39,7 @@ def everything(blender, stage):
 
 
 def glance(blender, part, ob):
-    return part("scene.bake.freshness").glance(blender.context, ob)
+    return part("freshness").glance(blender.context, ob)
 
 
 def test_newer_bake_is_refused(blender, part, stage, ball, tmp_path):
@@ -66,7 +66,7 @@ def test_bake_of_unknown_origin_is_baked_again(blender, part, ball, version):
     assert glance(blender, part, ball).text == "of unknown origin: bake again to be able to check"
     assert blender.ops.prt.check() == {"FINISHED"}
     blender.ops.prt.bake(mode="UNSHADOWED")
-    assert ball.data["prt_bake"]["version"] == part("scene.mesh.record").FORMAT_VERSION
+    assert ball.data["prt_bake"]["version"] == part("record").FORMAT_VERSION
     del ball.data["prt_bake"]
     assert glance(blender, part, ball).state == "UNKNOWN"
     blender.ops.prt.remove()
@@ -96,7 +96,7 @@ def test_light_of_unknown_origin_is_projected_again(blender, part, scene, ball):
     drivers = len(scene.world.animation_data.drivers)
     del scene.world["prt_light"]
     blender.ops.prt.project_light()
-    assert scene.world["prt_light"]["version"] == part("scene.light.light").LIGHT_VERSION
+    assert scene.world["prt_light"]["version"] == part("light").LIGHT_VERSION
     assert len(scene.world.animation_data.drivers) == drivers
 
 
@@ -115,7 +115,7 @@ def test_newer_group_is_refused(blender, part, stage, ball):
             call()
     assert everything(blender, stage) == before
     other = stage.object_of("Other", stage.cube(), stage.diffuse("Other"), (3, 0, 0))
-    part("scene.shading.shading").add_shading([other])
+    part("shading").add_shading([other])
     assert sorted(tree["prt_version"] for tree in blender.data.node_groups) == [1, 99]
     assert group.users == 1
 
@@ -126,9 +126,9 @@ def test_older_group_gives_way(blender, part, stage, ball, version):
     (group,) = blender.data.node_groups
     group["prt_version"] = version
     other = stage.object_of("Other", stage.cube(), stage.diffuse("Other"), (3, 0, 0))
-    part("scene.shading.shading").add_shading([other])
+    part("shading").add_shading([other])
     (group,) = blender.data.node_groups
-    assert group["prt_version"] == part("scene.shading.relight_group").GROUP_VERSION
+    assert group["prt_version"] == part("relight_group").GROUP_VERSION
     assert group.users == 2
     (node,) = (node for node in ball.data.materials[0].node_tree.nodes if node.bl_idname == "ShaderNodeGroup")
     assert node.node_tree == group and node.outputs["Surface"].is_linked

@@ -6,7 +6,7 @@ import pytest
 
 def test_add_remove_add_restores_the_tree(blender, part, scene, stage):
     """Node by node, setting by setting, link by link."""
-    shading = part("scene.shading.shading")
+    shading = part("shading")
     ob = stage.object_of("Cube", stage.cube(), stage.diffuse())
     tree = ob.data.materials[0].node_tree
     before = stage.node_snapshot(tree)
@@ -20,7 +20,7 @@ def test_add_remove_add_restores_the_tree(blender, part, scene, stage):
 
 def test_adding_twice_is_adding_once(part, scene, stage):
     """A second bake replaces the nodes instead of piling them up."""
-    shading = part("scene.shading.shading")
+    shading = part("shading")
     ob = stage.object_of("Cube", stage.cube(), stage.diffuse())
     shading.add_shading([ob])
     once = stage.node_snapshot(ob.data.materials[0].node_tree)
@@ -30,7 +30,7 @@ def test_adding_twice_is_adding_once(part, scene, stage):
 
 def test_own_eevee_output_becomes_active_again(part, scene, stage):
     """A material that had an EEVEE output of its own gets it back."""
-    shading = part("scene.shading.shading")
+    shading = part("shading")
     ob = stage.object_of("Cube", stage.cube(), stage.diffuse())
     tree = ob.data.materials[0].node_tree
     own = tree.nodes.new("ShaderNodeOutputMaterial")
@@ -47,7 +47,7 @@ def test_own_eevee_output_becomes_active_again(part, scene, stage):
 
 def test_objects_without_material_get_one_and_lose_it(blender, part, scene, stage):
     """No slot, or an empty slot: both are as before after removal."""
-    shading = part("scene.shading.shading")
+    shading = part("shading")
     bare = stage.object_of("Bare", stage.cube())
     empty = stage.object_of("Empty", stage.cube())
     empty.data.materials.append(None)
@@ -68,14 +68,14 @@ def test_material_of_other_baked_objects_stays_hooked_up(blender, part, scene, s
     blender.ops.prt.bake(mode="UNSHADOWED")
     one.select_set(True)
     blender.ops.prt.remove()
-    shading = part("scene.shading.shading")
+    shading = part("shading")
     assert list(shading.our_nodes(material.node_tree))
-    assert not part("scene.mesh.layers").is_baked(one.data)
+    assert not part("layers").is_baked(one.data)
 
 
 def test_group_stays_within_eevees_attribute_limit(part, scene):
     """Nine mesh attributes: five are left for the user's UV maps and layers."""
-    tree = part("scene.shading.relight_group").relight_group()
+    tree = part("relight_group").relight_group()
     mesh_layers = {n.attribute_name for n in tree.nodes if getattr(n, "attribute_type", "") == "GEOMETRY"}
     assert len(mesh_layers) == 9
 
@@ -83,10 +83,10 @@ def test_group_stays_within_eevees_attribute_limit(part, scene):
 def test_base_colour_is_followed(blender, part, scene, stage):
     """Edit the number, keyframe it, link a node, unlink it: the relit surface keeps pace."""
     ob = stage.object_of("Cube", stage.cube(), stage.diffuse(colour=(0.1, 0.2, 0.3)))
-    part("scene.shading.shading").add_shading([ob])
+    part("shading").add_shading([ob])
     tree = ob.data.materials[0].node_tree
     albedo = tree.nodes["Diffuse BSDF"].inputs["Color"]
-    ours = next(part("scene.shading.shading").our_nodes(tree)).inputs["Base Color"]
+    ours = next(part("shading").our_nodes(tree)).inputs["Base Color"]
     assert tuple(ours.default_value) == tuple(albedo.default_value)
     for frame, colour in ((1, (0.5, 0.5, 0.5, 1.0)), (2, (0.25, 0.75, 0.5, 1.0))):
         albedo.default_value = colour
@@ -111,14 +111,14 @@ def test_material_without_nodes_keeps_its_colour_and_gets_them_off_again(blender
     material = blender.data.materials.new("Plain")
     material.diffuse_color = (0.1, 0.2, 0.3, 1.0)
     ob = stage.object_of("Cube", stage.cube(), material)
-    part("scene.shading.shading").add_shading([ob])
-    group = next(part("scene.shading.shading").our_nodes(material.node_tree))
+    part("shading").add_shading([ob])
+    group = next(part("shading").our_nodes(material.node_tree))
     assert tuple(group.inputs["Base Color"].default_value) == tuple(material.diffuse_color)
     albedo = (
-        part("scene.bake.gather")
-        .gather(blender.context, [ob], part("core.problem").BakeSettings("INTERREFLECTED"))
+        part("gather")
+        .gather(blender.context, [ob], part("problem").BakeSettings("INTERREFLECTED"))
         .scene.occluders.albedo
     )
     assert tuple(albedo.constant[0]) == tuple(material.diffuse_color)[:3]
-    part("scene.shading.shading").remove_shading([ob])
-    assert not part("scene.blender.nodes").nodes_are_on(material)
+    part("shading").remove_shading([ob])
+    assert not part("nodes").nodes_are_on(material)

@@ -19,8 +19,8 @@ def both(blender, part, scene, stage, tmp_path):
         blender.ops.prt.bake(mode="UNSHADOWED")
         shown = stage.render(tmp_path / "frame.exr")[resolution // 2, resolution // 2, :3]
         blender.ops.prt.remove()
-        settings = part("core.problem").BakeSettings("INTERREFLECTED")
-        albedo = part("scene.bake.gather").gather(blender.context, [ob], settings).scene.occluders.albedo
+        settings = part("problem").BakeSettings("INTERREFLECTED")
+        albedo = part("gather").gather(blender.context, [ob], settings).scene.occluders.albedo
         middle = albedo.at(np.array([0]), *np.full((2, 1), 1 / 3, dtype=np.float32))[0]
         return shown, middle
 
@@ -150,7 +150,7 @@ def test_an_edited_group_is_followed(blender, part, scene, stage):
     material = material_of(blender, grouped(blender, lambda n, k: fed(n, k, (0.2, 0.6, 0.1))))
     [group] = blender.data.node_groups
     ob = stage.object_of("Cube", stage.cube(), material)
-    part("scene.shading.shading").add_shading([ob])
+    part("shading").add_shading([ob])
     copies = [copy for copy in blender.data.node_groups if copy.get("prt_part") == group.name]
     assert len(copies) == 1
     node = next(node for node in group.nodes if node.bl_idname == "ShaderNodeCombineColor")
@@ -159,7 +159,7 @@ def test_an_edited_group_is_followed(blender, part, scene, stage):
     blender.context.view_layer.update()
     [copy] = [copy for copy in blender.data.node_groups if copy.get("prt_part") == group.name]
     assert copy.nodes[node.name].inputs[0].default_value == pytest.approx(0.9)
-    part("scene.shading.shading").remove_shading([ob])
+    part("shading").remove_shading([ob])
     assert not [copy for copy in blender.data.node_groups if copy.get("prt_part")]
 
 
@@ -214,9 +214,9 @@ def test_what_reflects_nothing_is_left_alone(blender, part, scene, stage):
         return nodes.new("ShaderNodeEmission").outputs[0]
 
     ob = stage.object_of("Lamp", stage.cube(), material_of(blender, lamp))
-    [warning] = part("scene.shading.shading").add_shading([ob])
+    [warning] = part("shading").add_shading([ob])
     assert "'Made' reflects no light" in warning
-    assert not list(part("scene.shading.shading").our_nodes(ob.data.materials[0].node_tree))
+    assert not list(part("shading").our_nodes(ob.data.materials[0].node_tree))
 
 
 def loop(tree, entry, count=2):
@@ -247,7 +247,7 @@ def test_loops_freeze_nothing(blender, part, scene, stage, count):
     own = next(node for node in tree.nodes if node.bl_idname == "ShaderNodeOutputMaterial" and node.target == "ALL")
     tree.links.new(mixes[0].outputs[0], own.inputs["Surface"])
     blender.context.view_layer.update()
-    assert part("scene.light.state").light_state(world).stale
+    assert part("light_state").light_state(world).stale
     assert blender.ops.prt.bake(mode="INTERREFLECTED", samples=4, update_light=False) == {"FINISHED"}
     blender.ops.prt.check()
 
@@ -262,7 +262,7 @@ def test_long_chains_are_walked(blender, part, scene, stage):
         tree.links.new(reroute.outputs[0], entry)
         entry = reroute.inputs[0]
     tree.links.new(tree.nodes.new("ShaderNodeRGB").outputs[0], entry)
-    reading = part("scene.material.reading").read_material(material, "EEVEE")
+    reading = part("material_reading").read_material(material, "EEVEE")
     assert reading.colour.socket.node.bl_idname == "ShaderNodeRGB"
     mixing = stage.diffuse("Mixing")
     tree = mixing.node_tree
@@ -274,4 +274,4 @@ def test_long_chains_are_walked(blender, part, scene, stage):
         shader = node.outputs[0]
     own = next(node for node in tree.nodes if node.bl_idname == "ShaderNodeOutputMaterial")
     tree.links.new(shader, own.inputs["Surface"])
-    assert "more than 100 deep" in part("scene.material.reading").read_material(mixing, "EEVEE").why_not
+    assert "more than 100 deep" in part("material_reading").read_material(mixing, "EEVEE").why_not

@@ -6,7 +6,7 @@ import pytest
 
 
 def plan_albedo(part, bpy, ob):
-    plan = part("scene.bake.gather").gather(bpy.context, [ob], part("core.problem").BakeSettings("INTERREFLECTED"))
+    plan = part("gather").gather(bpy.context, [ob], part("problem").BakeSettings("INTERREFLECTED"))
     return plan.scene.occluders.albedo, plan
 
 
@@ -199,7 +199,7 @@ def test_unread_colours_of_instances(blender, part, scene, stage, monkeypatch, k
         empty.location, empty.instance_type, empty.instance_collection = (x, 0, 0), "COLLECTION", holder
         scene.collection.objects.link(empty)
     ground = stage.object_of("Ground", stage.grid(1), location=(0, 0, -1))
-    module, evaluated = part("scene.material.cycles_colour"), []
+    module, evaluated = part("cycles_colour"), []
     bake = module._baked
     monkeypatch.setattr(module, "_baked", lambda *args: evaluated.append(args[1]) or bake(*args))
     albedo, plan = plan_albedo(part, blender, ground)
@@ -225,7 +225,7 @@ def test_without_cycles_the_viewport_colour_stands_in(blender, part, scene, stag
     def refuses(*_args, **_options):
         raise RuntimeError("Operator bpy.ops.object.bake.poll() failed, context is incorrect")
 
-    monkeypatch.setattr(part("scene.material.cycles_colour"), "_baked", refuses)
+    monkeypatch.setattr(part("cycles_colour"), "_baked", refuses)
     albedo, plan = plan_albedo(part, blender, ob)
     np.testing.assert_allclose(albedo.constant[0], (0.2, 0.4, 0.6), rtol=1e-6)
     assert plan.warnings == [
@@ -256,8 +256,8 @@ def test_light_takes_on_the_colour_it_bounced_off(blender, part, scene, stage):
     stage.environment(stage.picture("Constant", np.ones((8, 16, 3))))
     floor.select_set(True)
     blender.ops.prt.bake(mode="INTERREFLECTED", samples=256, bounces=3)
-    transport = part("scene.mesh.layers").read(floor.data)
-    assert not part("scene.mesh.layers").is_baked(wall.data)
+    transport = part("layers").read(floor.data)
+    assert not part("layers").is_baked(wall.data)
     x = np.array([vertex.co.x for vertex in floor.data.vertices])
     redness = transport[:, 0, 0] / transport[:, 0, 2]
     near, far = redness[np.abs(x + 1.8) < 0.15].mean(), redness[x > 1.9].mean()

@@ -167,10 +167,11 @@ def test_broken_coordinates(bad):
 
 def test_without_the_ray_caster():
     """The module imports where embreex is not installed; only casting says what to do."""
-    root = Path(__file__).resolve().parents[2]
+    root = Path(__file__).resolve().parents[3]
     code = (
         f"import sys; sys.path.insert(0, {str(root)!r}); sys.modules['embreex'] = None\n"
-        "from prt_addon.core import raycast, errors\n"
+        "from prt_addon.core import errors\n"
+        "from prt_addon.core.transport import raycast\n"
         "print(raycast.is_available())\n"
         "try: raycast.require()\n"
         "except errors.RayCasterMissing as error: print(error)\n"

@@ -50,7 +50,7 @@ def brute_force(scene, stage, sphere_camera, part):
     height = scene.render.resolution_y
     row = (np.arange(height) + 0.5) / height * np.pi
     weights = np.repeat(np.sin(row), len(directions) // height)
-    harmonics = part("core.sphere.sh").basis(directions) * (4 * np.pi * weights / weights.sum())[:, None]
+    harmonics = part("sh").basis(directions) * (4 * np.pi * weights / weights.sum())[:, None]
     return lambda samples: harmonics.T @ sphere_camera(samples)
 
 
@@ -97,11 +97,11 @@ def test_light_is_what_blender_renders(blender, part, scene, stage, brute_force,
     """Of seven skies, as picture and as a graph, at five rotations: within a thousandth of Blender's own world."""
     import headless
 
-    light = part("scene.light.light")
+    light = part("light")
     if sky in "+-":
         image = stage.picture("Lamps", lamps(1 if sky == "+" else -1))
     else:
-        pixels = part("scene.blender.images").linear_pixels(blender.data.images.load(str(headless.studio_hdri(sky))))
+        pixels = part("images").linear_pixels(blender.data.images.load(str(headless.studio_hdri(sky))))
         image = stage.picture(
             "Forest", pixels.reshape(64, 8, 128, 8, 3).mean(axis=(1, 3))
         )  # no finer than the integrals
@@ -132,7 +132,7 @@ def test_mirror_ball_is_what_blender_renders(blender, part, scene, stage, brute_
     texture.projection = "MIRROR_BALL"
     blender.ops.prt.project_light()
     mapping.inputs["Rotation"].default_value = ROTATIONS[3]
-    error = relative(part("scene.light.light").shown_light(world), brute_force(16))
+    error = relative(part("light").shown_light(world), brute_force(16))
     assert error.max() < 1e-3
 
 
@@ -158,7 +158,7 @@ def test_gradient_turns_through_an_inserted_mapping(blender, part, scene, stage,
     mapping = next(node for node in world.node_tree.nodes if node.bl_idname == "ShaderNodeMapping")
     mapping.inputs["Rotation"].default_value = ROTATIONS[3]
     background.inputs["Strength"].default_value = 2.5
-    assert relative(part("scene.light.light").shown_light(world), brute_force(16)).max() < 1e-3
+    assert relative(part("light").shown_light(world), brute_force(16)).max() < 1e-3
 
 
 def test_small_sun_is_found(part, scene):
@@ -189,7 +189,7 @@ def test_small_sun_is_found(part, scene):
             node.inputs[1].default_value = number
         value = node.outputs["Value"]
     tree.links.new(value, background.inputs["Color"])  # a disc, and another behind
-    sky, projection, sh = part("scene.sky.sky"), part("scene.sky.projection"), part("core.sphere.sh")
+    sky, projection, sh = part("sky"), part("projection"), part("sh")
     light = projection.project(sky.read_sky(scene), projection.Windowing()).light
     height = 1 - np.cos(radius)
     cap = 2 * np.pi * height * np.array([1, 0, (1 - height) * (2 - height) / 2])

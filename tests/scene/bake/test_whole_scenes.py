@@ -171,7 +171,7 @@ def ground(scene, stage):
 def extra_area(part, bpy, ground):
     """World-space area of all triangles beside the ground's."""
     bpy.context.view_layer.update()
-    plan = part("scene.bake.gather").gather(bpy.context, [ground])
+    plan = part("gather").gather(bpy.context, [ground])
     a, b, c = (plan.scene.occluders.vertices[plan.scene.occluders.triangles[:, k]] for k in range(3))
     return np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2 - 1.0
 
@@ -190,7 +190,7 @@ def test_everything_is_there_once(blender, part, ground, stage, build):
 def test_everything_occludes_and_bounces(blender, part, ground, stage, build):
     """The ground below is darker for it, and the light that comes off it is red."""
     build(blender, stage)
-    read = part("scene.mesh.layers").read
+    read = part("layers").read
     options = {"samples": 256, "update_light": False, "update_shading": False}
     blender.ops.prt.bake(mode="SHADOWED", **options)
     shadowed = read(ground.data)[:, 0].mean(axis=0)
@@ -233,7 +233,7 @@ def test_what_is_no_mesh_does_not_receive(blender, part, ground, stage, build):
     ob, _ = build(blender, stage)
     ob.select_set(True)
     assert blender.ops.prt.bake(mode="SHADOWED", samples=16, update_shading=False) == {"FINISHED"}
-    assert part("scene.mesh.layers").is_baked(ground.data)
+    assert part("layers").is_baked(ground.data)
 
 
 def test_render_visibility_of_collections(blender, part, scene, ground, stage):
@@ -256,7 +256,7 @@ def test_what_only_renders_see_is_said(blender, part, scene, stage):
     floor = stage.object_of("Floor", stage.grid(1, 1.0))
     roof = stage.object_of("Roof", stage.grid(1, 1.0), location=(0, 0, 1))
     roof.hide_viewport = True
-    warnings = part("scene.bake.gather").gather(blender.context, [floor]).warnings
+    warnings = part("gather").gather(blender.context, [floor]).warnings
     assert len(warnings) == 1 and "'Roof'" in warnings[0] and "unhide" in warnings[0]
     roof.hide_render = True
-    assert not part("scene.bake.gather").gather(blender.context, [floor]).warnings
+    assert not part("gather").gather(blender.context, [floor]).warnings

@@ -19,7 +19,7 @@ def bake(blender, part, scene):
             each.select_set(True)
         options = {"update_light": False, "update_shading": False} | options
         assert blender.ops.prt.bake(mode=mode, samples=samples, **options) == {"FINISHED"}
-        transport = part("scene.mesh.layers").read(ob.data)[..., 0]
+        transport = part("layers").read(ob.data)[..., 0]
         assert np.isfinite(transport).all()
         assert (transport[:, 0] > -1e-6).all() and (transport[:, 0] < OPEN * (1 + 1e-5)).all()
         return transport

@@ -64,7 +64,7 @@ headless.disable_extension()
 
 def run(script, *arguments):
     """Its lines of measurements."""
-    tools = Path(__file__).resolve().parents[2] / "tools"
+    tools = Path(__file__).resolve().parents[3] / "tools"
     done = subprocess.run(
         [sys.executable, "-c", script, tools, *arguments],
         check=True,

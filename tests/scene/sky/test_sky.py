@@ -7,7 +7,7 @@ import pytest
 
 @pytest.fixture
 def errors(part):
-    return part("core.errors")
+    return part("errors")
 
 
 def test_light_is_the_pictures(blender, part, scene, stage):
@@ -16,8 +16,8 @@ def test_light_is_the_pictures(blender, part, scene, stage):
     world, mapping = stage.environment(stage.picture("Six", pixels), strength=3.0)
     mapping.inputs["Rotation"].default_value = (1, 2, 3)
     blender.ops.prt.project_light()
-    light = part("scene.light.light")
-    wanted = part("core.sky.projection").project_equirect(pixels, interpolated=True)
+    light = part("light")
+    wanted = part("equirect_projection").project_equirect(pixels, interpolated=True)
     np.testing.assert_allclose(light.read_light(world), wanted, rtol=1e-5, atol=1e-5)
     blender.context.view_layer.update()
     assert world["prt_strength"] == 3.0
@@ -37,7 +37,7 @@ def test_turn_follows_the_mapping_node(blender, part, scene, stage, vector_type)
     if vector_type == "TEXTURE":
         turn = turn.T
     evaluated = world.evaluated_get(blender.context.evaluated_depsgraph_get())
-    np.testing.assert_allclose(part("scene.light.light").read_turn(evaluated), turn, atol=1e-6)
+    np.testing.assert_allclose(part("light").read_turn(evaluated), turn, atol=1e-6)
 
 
 def test_drivers_need_no_python(blender, part, scene, stage):
@@ -64,17 +64,17 @@ def test_byte_images_are_decoded(blender, part, scene, stage, tmp_path):
     image.filepath_raw, image.file_format = str(tmp_path / "grey.png"), "PNG"
     image.save()
     loaded = blender.data.images.load(str(tmp_path / "grey.png"))
-    pixels = part("scene.blender.images").linear_pixels(loaded)
+    pixels = part("images").linear_pixels(loaded)
     np.testing.assert_allclose(pixels, 0.2140, atol=3e-3)
     loaded.colorspace_settings.name = "Non-Color"
-    np.testing.assert_allclose(part("scene.blender.images").linear_pixels(loaded), 0.5, atol=3e-3)
+    np.testing.assert_allclose(part("images").linear_pixels(loaded), 0.5, atol=3e-3)
 
 
 def test_photographic_hdri_is_read_in_linear_light(blender, part, scene, stage):
     """Suns thousands of times the mean survive."""
     import headless
 
-    pixels = part("scene.blender.images").linear_pixels(blender.data.images.load(str(headless.studio_hdri("sunset"))))
+    pixels = part("images").linear_pixels(blender.data.images.load(str(headless.studio_hdri("sunset"))))
     assert pixels.shape == (512, 1024, 3)
     assert pixels.max() > 100 * pixels.mean() > 0
 
@@ -142,7 +142,7 @@ def test_undecodable_pictures_are_left_to_blender(blender, part, scene, stage):
     image.colorspace_settings.name = "Rec.1886"
     world, _ = stage.environment(image)
     blender.ops.prt.project_light()
-    radiance = part("scene.light.light").read_light(world)[0] / np.sqrt(4 * np.pi)
+    radiance = part("light").read_light(world)[0] / np.sqrt(4 * np.pi)
     np.testing.assert_allclose(radiance, 0.5**2.4, atol=3e-3)
 
 
@@ -154,11 +154,11 @@ def test_world_without_nodes_is_its_colour(blender, part, scene):
     world = blender.data.worlds.new("Plain")
     world.color, scene.world = (0.1, 0.2, 0.4), world
     blender.ops.prt.project_light()
-    radiance = part("scene.light.light").read_light(world)[0] / np.sqrt(4 * np.pi)
+    radiance = part("light").read_light(world)[0] / np.sqrt(4 * np.pi)
     np.testing.assert_allclose(radiance, (0.1, 0.2, 0.4), rtol=1e-4)
     world.color = (0.3, 0.3, 0.3)
     blender.context.view_layer.update()
-    np.testing.assert_allclose(part("scene.light.light").read_light(world)[0] / np.sqrt(4 * np.pi), 0.3, rtol=1e-4)
+    np.testing.assert_allclose(part("light").read_light(world)[0] / np.sqrt(4 * np.pi), 0.3, rtol=1e-4)
 
 
 @pytest.mark.usefixtures("coarse")
@@ -176,7 +176,7 @@ def test_sequences_show_the_frame(blender, part, scene, stage, tmp_path):
     blender.ops.prt.project_light()
     for frame in (1, 2):
         scene.frame_set(frame)
-        radiance = part("scene.light.light").read_light(world)[0] / np.sqrt(4 * np.pi)
+        radiance = part("light").read_light(world)[0] / np.sqrt(4 * np.pi)
         np.testing.assert_allclose(radiance, frame, rtol=1e-3)
 
 

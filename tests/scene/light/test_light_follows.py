@@ -9,13 +9,13 @@ pytestmark = pytest.mark.usefixtures("coarse")
 
 @pytest.fixture
 def light(part):
-    return part("scene.light.light")
+    return part("light")
 
 
 @pytest.fixture
 def state(part, scene):
     """Whether the light of the scene's world is stale, and the phrase."""
-    return lambda: part("scene.light.state").light_state(scene.world)
+    return lambda: part("light_state").light_state(scene.world)
 
 
 def node_of(world, kind):
@@ -188,7 +188,7 @@ SAID = {
 def test_it_is_said_what_is_followed(part, scene, stage, kind):
     """And what to do where it is not."""
     graph(stage, kind)
-    sky = part("scene.sky.sky").read_sky(scene)
+    sky = part("sky").read_sky(scene)
     assert sky.texture is None and SAID[kind] in sky.following
 
 
@@ -231,8 +231,8 @@ def test_evaluation_leaves_no_trace(blender, part, scene, stage, monkeypatch, fa
     stage.object_of("Cube", stage.cube())
     before = everything()
     if fails:
-        monkeypatch.setattr(part("scene.sky.panorama"), "layer_array", lambda *_: 1 / 0)
-    sky, projection = part("scene.sky.sky"), part("scene.sky.projection")
+        monkeypatch.setattr(part("panorama"), "layer_array", lambda *_: 1 / 0)
+    sky, projection = part("sky"), part("projection")
     try:
         projection.project(sky.read_sky(scene), projection.Windowing())
     except ZeroDivisionError:
@@ -252,7 +252,7 @@ def test_windows(blender, part, scene, stage, light, window):
     blender.ops.prt.project_light(window=window, cutoff=4.0)
     record = world["prt_light"]
     before, after = record["negative"]
-    core = part("core.sphere.window")
+    core = part("window")
     factors = core.dering(plain).factors if window == "AUTO" else core.band_factors(window, 4.0)
     np.testing.assert_allclose(light.read_light(world), core.windowed(plain, factors), rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(record["factors"], factors)

@@ -6,7 +6,7 @@ import pytest
 
 
 def receivers(part, bpy, ob):
-    plan = part("scene.bake.gather").gather(bpy.context, [ob])
+    plan = part("gather").gather(bpy.context, [ob])
     return plan.objects[0].receivers
 
 
@@ -34,7 +34,7 @@ def test_normals_under_odd_scales_point_outwards(blender, part, scene, stage, sc
     ob = stage.object_of("Ball", stage.icosphere(4))
     ob.scale = scale
     blender.context.view_layer.update()
-    plan = part("scene.bake.gather").gather(blender.context, [ob])
+    plan = part("gather").gather(blender.context, [ob])
     points, normals = plan.objects[0].receivers.group.points, plan.objects[0].receivers.group.normals
     gradient = points / np.square(scale)
     gradient /= np.linalg.norm(gradient, axis=1, keepdims=True)
@@ -50,7 +50,7 @@ def test_room_corners_leak_no_light(blender, part, scene, stage):
     stage.object_of("Room", mesh)
     stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
     blender.ops.prt.bake(mode="SHADOWED", samples=256)
-    transport = part("scene.mesh.layers").read(mesh)
+    transport = part("layers").read(mesh)
     assert np.abs(transport).max() < 1e-6
 
 
@@ -68,7 +68,7 @@ def test_other_objects_cast_shadows(blender, part, scene, stage):
     ground = stage.object_of("Ground", stage.grid(1, 0.1))
     roof = stage.object_of("Roof", stage.grid(1, 50.0), location=(0, 0, 1))
     stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
-    read = part("scene.mesh.layers").read
+    read = part("layers").read
 
     def brightest():
         ground.select_set(True)
