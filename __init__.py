@@ -3,10 +3,10 @@
 
 from __future__ import annotations
 
-from .. import operators, ui
-from ..prt_addon import handlers
-from ..prt_addon.scene import preferences, settings
-from ..prt_addon.worker.job import end_engine
+from . import operators, ui
+from .prt_addon import handlers
+from .prt_addon.scene import preferences, settings
+from .prt_addon.worker.job import end_engine
 
 _PARTS = (preferences, settings, handlers, operators, ui)
 

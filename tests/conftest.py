@@ -23,7 +23,7 @@ def part(blender):
     """Import a module of the extension under the name that Blender gave it: `part("light")`."""
     import headless
 
-    return lambda name: importlib.import_module(f"{headless.PACKAGE}.prt_addon.{name}")
+    return lambda name: importlib.import_module(f"{headless.PACKAGE}.prt_addon.{WHERE[name]}")
 
 
 @pytest.fixture
