@@ -28,7 +28,7 @@ PYTEST = cd tests && ../$(VENV)/bin/python -m pytest
 demo: $(VENV)/.ready
 	$(VENV)/bin/python tools/demo.py $(if $(BLEND),--blend "$(BLEND)")
 
-test: $(VENV)/.ready build/.system-node
+test: build/.system-node $(VENV)/.ready
 	$(PYTEST) $(TESTS)
 
 check: $(VENV)/.ready $(LINT)/.ready
