@@ -4,6 +4,7 @@
 import importlib
 
 import pytest
+from handles import WHERE
 
 
 @pytest.fixture(scope="session")

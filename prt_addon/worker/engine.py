@@ -10,7 +10,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from multiprocessing.connection import Connection, Pipe
 from pathlib import Path
 from typing import IO, Any
@@ -82,10 +82,11 @@ class Engine:
         try:
             if self._sent:
                 self._channel.poll(wait)
-            arrived = list(self._channel.take(_SLICE))
+            arrived = self._taken()
             if not self._ready:
                 arrived = self._greeted(arrived)
-            self._flush()
+            with suppress(OSError) if arrived else nullcontext():  # what has arrived counts
+                self._flush()
         except (EOFError, OSError) as error:
             raise EngineError(self._epitaph()) from error
         except (BadMessage, MemoryError) as error:
@@ -105,6 +106,17 @@ class Engine:
         self._process.wait()
         self._channel.close()
         self._log.close()
+
+    def _taken(self) -> list[Any]:
+        """What has arrived; also what arrived just before the engine hung up, which the next look will tell."""
+        arrived: list[Any] = []
+        try:
+            for message in self._channel.take(_SLICE):
+                arrived.append(message)
+        except (EOFError, OSError):
+            if not arrived:
+                raise
+        return arrived
 
     def _flush(self) -> None:
         if self._ready:

@@ -26,6 +26,9 @@ from .channel import Channel
 
 READY = "ready"
 
+_LONGER = 1.0
+"""Seconds that the engine waits beyond its patience: Blender, which gives no job to one that is about to end, is sure to be right."""
+
 _PAUSE = 0.05
 """Seconds between two words about progress."""
 
@@ -88,15 +91,15 @@ def serve(handle: int, patience: float) -> None:
             if isinstance(job, Job):  # a word to a job that has just ended comes too late
                 channel.post(_answer(job, channel, kept))
                 channel.flush()
-                patience = job.patience
-    except (EOFError, OSError):
-        pass  # Blender is gone
-    _end()
+                patience = job.patience + _LONGER
+        _end("nobody asked for anything")
+    except (EOFError, OSError) as error:
+        _end(f"Blender is gone: {error!r}")
 
 
-def _end() -> NoReturn:
-    """At once: threads that cast rays are not waited for."""
-    sys.stderr.flush()
+def _end(why: str) -> NoReturn:
+    """At once: threads that cast rays are not waited for. The reason is for whoever reads the log of an end that comes amiss."""
+    print(why, file=sys.stderr, flush=True)
     os._exit(0)
 
 
@@ -150,8 +153,8 @@ class _ToldMonitor(Monitor):
             return
         try:
             self._talk()
-        except (EOFError, OSError):
-            _end()  # Blender is gone
+        except (EOFError, OSError) as error:
+            _end(f"Blender is gone: {error!r}")
         self._next = time.monotonic() + _PAUSE
 
     def _talk(self) -> None:

@@ -355,3 +355,21 @@ def test_how_it_is_carried_out_reaches_it(scene, tmp_path):
     one = bake(scene, run=replace(PLAINLY, memory=0))
     one.start()
     assert all(map(np.array_equal, one.result().transport, baking.bake(*scene, SETTINGS)))
+
+
+def test_an_answer_counts_though_the_engine_hangs_up_right_after_it(scene, tmp_path, monkeypatch):
+    """Both may be there at the same look."""
+    text = (
+        "import time\nsys.path[:0] = sys.argv[3:]\n"
+        "from prt_addon.core.monitor import Work\nfrom prt_addon.worker import channel, serve\n"
+        "line = channel.Channel(handle)\nline.post(serve.READY)\nline.flush()\n"
+        "line.post(serve.Result('whole', Work()))\nline.flush()"
+    )
+    root = str(Path(__file__).parents[2])
+    with monkeypatch.context() as patch:
+        patch.setattr(engine, "_CHILD", program(tmp_path, text.replace("sys.argv[3:]", f"[{root!r}, *sys.argv[3:]]")))
+        one = bake(scene)
+        one.start()
+        until_dead(pid())
+        assert one.result() == "whole"
+    works_again(scene)
