@@ -23,12 +23,12 @@ Float64 = npt.NDArray[np.float64]
 
 
 def bake(problem: BakeProblem, run: Run) -> BakeResult:
-    """A whole bake: `core.bake.bake`."""
+    """A whole bake: `core.bake.bake.bake`."""
     return core_bake.bake(problem, run)
 
 
 def shard(problem: BakeProblem, share: Shard, run: Run) -> None:
-    """The rays of one shard, into the folder of the run: `core.bake.trace_shard`."""
+    """The rays of one shard, into the folder of the run: `core.bake.bake.trace_shard`."""
     core_bake.trace_shard(problem, share, run)
 
 

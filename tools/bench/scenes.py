@@ -51,7 +51,7 @@ def court(receivers: int) -> list[Mesh]:
 
 
 def bake_input(meshes: list[Mesh]) -> tuple[list[ReceiverGroup], Occluders]:
-    """What `core.bake.bake` takes: every vertex a receiver."""
+    """What `core.bake` takes: every vertex a receiver."""
     groups = [ReceiverGroup(mesh.name, mesh.vertices, mesh.normals, mesh.radius) for mesh in meshes]
     starts = np.cumsum([0, *map(len, groups)])
     triangles = np.concatenate([mesh.triangles + start for mesh, start in zip(meshes, starts, strict=False)])

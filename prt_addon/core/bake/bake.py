@@ -41,7 +41,7 @@ def bake(problem: BakeProblem, run: Run = PLAINLY) -> BakeResult:
     it, also of what nobody wants the transport of. The result has the same bits whatever the order of the groups, the
     number of threads and the chunk size.
 
-    Receivers inside other geometry are filled from their neighbours (see `buried`), in whichever mode casts rays. The
+    Receivers inside other geometry are filled from their neighbours (see `transport.inside`), in whichever mode casts rays. The
     findings tell their share, and of objects that no light reaches or that float32 is too coarse for.
 
     Raises:

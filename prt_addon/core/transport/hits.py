@@ -114,7 +114,7 @@ def trace(
     returns: npt.NDArray[np.bool_],
     workers: Workers = ALL_CORES,
 ) -> tuple[Float32, KeptHits]:
-    """Direct transport, the same bits as `transport.shadowed`, and what the blocked rays hit.
+    """Direct transport, the same bits as `direct.shadowed`, and what the blocked rays hit.
 
     A hit on a back face blocks the light and returns none, as does one on a triangle that returns nothing.
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Materials to albedo: what light takes on where it bounces.
 
-The colour is that of the `material_reading`: a constant, an image texture or a colour attribute. One that comes from other
+The colour is that of the `reading`: a constant, an image texture or a colour attribute. One that comes from other
 nodes, or is mixed of several, is evaluated by Cycles at the vertices, which is said; where that is impossible the viewport
 colour stands in, which is said, too.
 """

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Colours of materials whose nodes we do not read, evaluated by Cycles itself at the corners of a mesh.
 
-Blender's own colour bake runs on a copy of the evaluated mesh, alone in a scene of its own (see `evaluation`).
+Blender's own colour bake runs on a copy of the evaluated mesh, alone in a scene of its own (see `cycles_scene`).
 
 Where the colour of one shader is asked for, a copy of the material shows it as a Diffuse BSDF, so that metallic,
 specular and alpha do not change it. Else the whole material is evaluated: the colours of its diffuse and of its glossy

@@ -20,7 +20,7 @@ def read_faces(directory: Path, table: Table) -> dict[str, Picture]:
 
     Returns:
         By name, (height, width, 3) float32 linear radiance, top row first. .exr and .hdr are linear already; .png and
-        .jpg are decoded as `core.cubemap.decode` does for the table.
+        .jpg are decoded as `core.sky.cube_map.decode` does for the table.
 
     Raises:
         PictureError: if a face is missing or cannot be read.

@@ -3,7 +3,7 @@
 
 Cycles' bake of the type Environment looks from each vertex of a mesh along its position, and so evaluates a world along
 any set of directions, without a camera, a file or a trace in the render result. A copy of the world hangs over a scene of
-its own (see `evaluation`).
+its own (see `cycles_scene`).
 
 In the copy, what the light follows by itself is neutral: the Mapping node that turns it is bypassed, the strength is one.
 Light Path nodes answer as they do for light that falls on matte surfaces: worlds may show the camera something else.
