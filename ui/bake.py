@@ -7,6 +7,7 @@ import bpy
 
 from ..prt_addon.core.transport import raycast
 from ..prt_addon.scene.bake import gather
+from ..prt_addon.scene.settings import scene_settings
 from ..prt_addon.worker.job import running_job
 from .presets import PRT_PT_bake_presets
 from .tab import Tab, draw_text
@@ -50,13 +51,13 @@ class PRT_PT_settings(Tab, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         settings = context.scene.prt
-        column = _settings_column(self.layout)
+        column, used = _settings_column(self.layout), scene_settings(context.scene).used
         column.prop(settings, "mode")
-        if settings.mode != "UNSHADOWED":
+        if "samples" in used:
             column.prop(settings, "samples")
-        if settings.mode == "INTERREFLECTED":
+        if "tolerance" in used:
             bounces = column.column()
-            bounces.enabled = settings.tolerance == 0.0
+            bounces.enabled = "bounces" in used
             bounces.prop(settings, "bounces")
         ob = context.active_object
         if ob and ob.type == "MESH":
@@ -75,11 +76,10 @@ class PRT_PT_advanced(Tab, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         settings = context.scene.prt
-        column = _settings_column(self.layout)
-        if settings.mode == "INTERREFLECTED":
-            column.prop(settings, "tolerance")
-        if settings.mode != "UNSHADOWED":
-            column.prop(settings, "seed")
+        column, used = _settings_column(self.layout), scene_settings(context.scene).used
+        for name in ("tolerance", "seed"):
+            if name in used:
+                column.prop(settings, name)
         column.use_property_split = False
         column.prop(settings, "make_single_user")
         column.prop(settings, "apply_modifiers")

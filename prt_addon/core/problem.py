@@ -4,9 +4,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field, fields
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -29,27 +29,42 @@ THIN = 4
 """A bounce within others, whose result is not seen, reads one hit of so many."""
 
 
+CASTING: tuple[Mode, ...] = ("SHADOWED", "INTERREFLECTED")
+BOUNCING: tuple[Mode, ...] = ("INTERREFLECTED",)
+
+
+def _in(modes: tuple[Mode, ...], default: Any) -> Any:
+    """A setting that matters to some modes."""
+    return field(default=default, metadata={"modes": modes})
+
+
 @dataclass(frozen=True)
 class BakeSettings:
     """What a bake depends on beside the geometry.
 
     samples: rays per receiver.
-    bounces: of light, if interreflected and tolerance is 0.
+    bounces: of light, if tolerance is 0.
     tolerance: if above 0, bounce until no coefficient changes by as much.
     """
 
     mode: Mode = "SHADOWED"
-    samples: int = 256
-    seed: int = 0
-    bounces: int = 3
-    tolerance: float = 0.0
+    samples: int = _in(CASTING, 256)
+    seed: int = _in(CASTING, 0)
+    bounces: int = _in(BOUNCING, 3)
+    tolerance: float = _in(BOUNCING, 0.0)
+
+    @property
+    def used(self) -> set[str]:
+        """Names of the settings that this bake depends on: in its mode, and beside its tolerance."""
+        names = {one.name for one in fields(self) if self.mode in one.metadata.get("modes", get_args(Mode))}
+        return names - {"bounces"} if self.tolerance > 0.0 else names
 
     @property
     def whole_bounces(self) -> float:
         """How many bounces over all hits take as long; about, where a tolerance decides."""
-        if self.mode != "INTERREFLECTED":
+        if self.mode not in BOUNCING:
             return 0.0
-        bounces = BakeSettings.bounces if self.tolerance > 0.0 else self.bounces
+        bounces = self.bounces if "bounces" in self.used else BakeSettings.bounces
         return 1.0 + (bounces - 1) / THIN if bounces else 0.0
 
 
@@ -185,7 +200,7 @@ class BakeProblem:
     @property
     def casts_rays(self) -> bool:
         """Whether there is anything to trace."""
-        return self.settings.mode != "UNSHADOWED"
+        return self.settings.mode in CASTING
 
     @property
     def work(self) -> Work:

@@ -241,6 +241,11 @@ def bake_settings(scene: bpy.types.Scene, operator: bpy.types.Operator) -> BakeS
     return BakeSettings(**_values(BakeProperties, scene.prt, operator))
 
 
+def scene_settings(scene: bpy.types.Scene) -> BakeSettings:
+    """What the next bake of the scene's own will be."""
+    return BakeSettings(**{name: getattr(scene.prt, name) for name in BakeProperties.__annotations__})
+
+
 def preparation(scene: bpy.types.Scene, operator: bpy.types.Operator) -> Preparation:
     """What may be done to meshes: the operator's own properties where they were given, the scene's where not."""
     return Preparation(**_values(PrepareProperties, scene.prt, operator))

@@ -18,7 +18,7 @@ from ...core.problem import BakeSettings
 from ..blender.modes import object_mode
 from ..mesh.layers import is_baked
 from ..mesh.record import FORMAT_VERSION, BakeRecord, Evidence, read_record, same_transform, transform_of
-from ..settings import MODES, SPACES
+from ..settings import MODES, SPACES, scene_settings
 from .gather import survey
 
 State = Literal["FRESH", "STALE", "NEVER", "UNKNOWN", "NEWER", "UNCHECKED"]
@@ -42,8 +42,6 @@ _PHRASES: dict[Cause, str] = {
     "OTHERS": "other objects changed or moved",
     "COLOURS": "colours that light bounces off changed",
 }
-_UNUSED = {"UNSHADOWED": {"samples", "seed", "bounces", "tolerance"}, "SHADOWED": {"bounces", "tolerance"}}
-"""Settings that do not matter to a mode."""
 
 
 @dataclass(frozen=True)
@@ -128,7 +126,7 @@ def glance(context: bpy.types.Context, ob: bpy.types.Object, settings: BakeSetti
     ):
         causes.add("MOVED")
     phrases = {cause: phrase for cause, phrase in _PHRASES.items() if cause in causes}
-    other_settings = _other_settings(record, settings or _scene_settings(context.scene), ob.prt.space)
+    other_settings = _other_settings(record, settings or scene_settings(context.scene), ob.prt.space)
     if other_settings:
         phrases["SETTINGS"] = f"baked with other settings ({other_settings})"
     if phrases:
@@ -171,13 +169,11 @@ def _other_settings(record: BakeRecord, settings: BakeSettings, space: str) -> s
     if record.settings.mode != settings.mode:
         told.append((_name(MODES, record.settings.mode), _name(MODES, settings.mode)))
     else:
-        unused = _UNUSED.get(settings.mode, set())
-        if settings.tolerance > 0.0 and record.settings.tolerance > 0.0:
-            unused = unused | {"bounces"}
+        used = record.settings.used | settings.used
         for entry in fields(BakeSettings):
             was, now = (getattr(one, entry.name) for one in (record.settings, settings))
             same = isclose(was, now, rel_tol=1e-6) if isinstance(was, float) else was == now
-            if entry.name not in unused and not same:
+            if entry.name in used and not same:
                 told.append(_told(entry.name, was, now))
     if record.space != space:
         told.append((f"for {_name(SPACES, record.space)}", _name(SPACES, space)))
@@ -192,7 +188,3 @@ def _told(name: str, was: float, now: float) -> tuple[str, str]:
 
 def _name(items: list[tuple[str, str, str]], identifier: str) -> str:
     return next((name.lower() for found, name, _ in items if found == identifier), identifier)
-
-
-def _scene_settings(scene: bpy.types.Scene) -> BakeSettings:
-    return BakeSettings(**{entry.name: getattr(scene.prt, entry.name) for entry in fields(BakeSettings)})
