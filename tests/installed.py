@@ -12,6 +12,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+from handles import WHERE
 from headless import bpy
 
 PACKAGE = "bl_ext.user_default.prt_relight"
@@ -43,7 +44,7 @@ def bake(addon: str, mode: str) -> np.ndarray:
     ob = stage.object_of("Cube", stage.cube(), stage.diffuse())
     stage.object_of("Floor", stage.grid(size=4.0), location=(0.0, 0.0, -1.0))
     bpy.ops.prt.bake(mode=mode, samples=32)
-    return np.asarray(importlib.import_module(f"{addon}.scene.transport_layers").read(ob.data))
+    return np.asarray(importlib.import_module(f"{addon}.{WHERE['layers']}").read(ob.data))
 
 
 def where(name: str) -> str | None:
