@@ -180,10 +180,12 @@ def stop_watching(context: bpy.types.Context) -> None:
 
 
 def _redraw(context: bpy.types.Context) -> None:
+    """The sidebars alone: a view of a million faces takes long to draw, and a bake changes nothing in it until it ends."""
     for window in context.window_manager.windows:
         for area in window.screen.areas:
-            if area.type == "VIEW_3D":
-                area.tag_redraw()
+            for region in area.regions if area.type == "VIEW_3D" else ():
+                if region.type == "UI":
+                    region.tag_redraw()
 
 
 @contextmanager
