@@ -14,11 +14,9 @@ from ..prt_addon.scene.preferences import engine_patience
 from ..prt_addon.scene.settings import (
     BakeProperties,
     LightProperties,
-    PrepareProperties,
     RunProperties,
     bake_settings,
     checkpoints,
-    preparation,
     run_settings,
     windowing,
 )
@@ -26,7 +24,7 @@ from ..prt_addon.worker.job import Job, bake_job
 from .job import JobOperator
 
 
-class WholeBakeOperator(JobOperator, BakeProperties, PrepareProperties, LightProperties):
+class WholeBakeOperator(JobOperator, BakeProperties, LightProperties):
     """Mixin of operators that bake and write the result."""
 
     update_light: BoolProperty(  # type: ignore[valid-type]
@@ -46,20 +44,18 @@ class WholeBakeOperator(JobOperator, BakeProperties, PrepareProperties, LightPro
         self._bake = whole = WholeBake(
             context,
             settings,
-            preparation(scene, self),
             windowing(scene, self) if self.update_light else None,
             self.update_shading,
         )
-        self._warn(whole.plan.warnings)
         problem = whole.plan.problem
         run = replace(run_settings(scene, self), pieces=self._pieces(context, problem.trace_key))
         return bake_job(problem, run, scene.render.threads, engine_patience(context))
 
     def _end(self, context: bpy.types.Context, result: Any) -> None:
         assert self._job
-        warnings, notes = self._bake.write(context, result)
-        self._warn(warnings)
-        for note in notes + self._bake.findings(result):
+        notices, notes = self._bake.write(context, result)
+        self._say(self._bake.plan.notices + self._bake.findings(result) + notices)
+        for note in notes:
             self.report({"INFO"}, note)
         self._conclude(f"Baked {self._bake.summary}, {self._job.work.rays:,} rays.")
 

@@ -7,7 +7,7 @@ import bpy
 from bpy.props import BoolProperty
 
 from ..prt_addon.core.errors import MeshError
-from ..prt_addon.scene.bake import gather
+from ..prt_addon.scene.bake import choose
 from ..prt_addon.scene.bake.freshness import freshness
 from ..prt_addon.scene.settings import BakeProperties, bake_settings
 from .reporting import reports_errors
@@ -28,7 +28,7 @@ class PRT_OT_check(BakeProperties, bpy.types.Operator):
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
-        found = freshness(context, gather.objects_to_bake(context), bake_settings(context.scene, self))
+        found = freshness(context, choose.objects_to_bake(context), bake_settings(context.scene, self))
         for one in found:
             self.report({"INFO"}, f"'{one.name}': {one.text}.")
         stale = ", ".join(f"'{one.name}'" for one in found if one.state == "STALE")

@@ -4,8 +4,8 @@
 import bpy
 
 from ..prt_addon.core.errors import LightError, MeshError
-from ..prt_addon.scene.bake import freshness, gather
-from ..prt_addon.scene.bake.prepare import check_bakeable
+from ..prt_addon.core.notices import counted
+from ..prt_addon.scene.bake import choose, freshness
 from ..prt_addon.scene.blender.modes import object_mode
 from ..prt_addon.scene.export import games202 as interchange
 from ..prt_addon.scene.shading import shading
@@ -47,12 +47,11 @@ class PRT_OT_import_games202(FolderBrowser, bpy.types.Operator):
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
         ob = _active_mesh(context)
-        shading.check_materials([ob])
+        choose.check_writable(ob)
         with object_mode(context):
-            check_bakeable(ob, ob.data)
             flavour = interchange.import_files(ob, _world(context), self._folder())
-        for warning in shading.add_shading([ob]):
-            self.report({"WARNING"}, warning)
+        for one in counted(shading.add_shading([ob])):
+            self.report({one.kind.level}, one.sentence)
         scale = "with" if flavour == "RADIANCE" else "without"
         self.report({"INFO"}, f"Read light and transport, which was {scale} its 1/pi, onto '{ob.name}'.")
         return {"FINISHED"}
@@ -62,7 +61,7 @@ def _active_mesh(context: bpy.types.Context) -> bpy.types.Object:
     ob = context.view_layer.objects.active
     if ob is not None and ob.type == "MESH":
         return ob
-    objects = gather.objects_to_bake(context)
+    objects = choose.objects_to_bake(context)
     if len(objects) > 1:
         raise MeshError("These files hold one mesh: make the one that is meant active.")
     return objects[0]

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import bpy
 
 from ..prt_addon.core.errors import Interrupted
+from ..prt_addon.core.notices import Notice, counted
 from ..prt_addon.worker.job import Job, end_engine, running_job, wake_engine
 from .reporting import reports_errors
 
@@ -100,6 +101,14 @@ class JobOperator(WhenIdle):
         for warning in warnings:
             self._warnings += 1
             self.report({"WARNING"}, warning)
+
+    def _say(self, notices: Iterable[Notice]) -> None:
+        """Report notices, counted by kind, and keep them for the panel."""
+        found = counted(notices)
+        self._warn(one.sentence for one in found if one.kind.level == "WARNING")
+        for one in found:
+            if one.kind.level == "INFO":
+                self.report({"INFO"}, one.sentence)
 
     def _conclude(self, sentence: str) -> None:
         """The last word, which the status bar shows in place of all before it."""

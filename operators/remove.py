@@ -5,10 +5,10 @@ from __future__ import annotations
 
 import bpy
 
-from ..prt_addon.scene.bake import gather
+from ..prt_addon.scene.bake import choose, removal
 from ..prt_addon.scene.blender.modes import object_mode
 from ..prt_addon.scene.light import light
-from ..prt_addon.scene.mesh import heat_map, layers
+from ..prt_addon.scene.mesh import carrier, heat_map, layers
 from ..prt_addon.scene.report import compare, report
 from ..prt_addon.scene.shading import probe, shading
 from .reporting import reports_errors
@@ -23,22 +23,33 @@ class PRT_OT_remove(bpy.types.Operator):
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
-        objects = gather.selected_meshes(context) or list(filter(gather.is_subject, context.scene.objects))
+        objects = choose.selected_meshes(context) or list(filter(choose.is_subject, context.scene.objects))
         for ob in objects:
-            layers.check_removable(ob)
+            removal.check_removable(ob)
         shading.check_relit_materials(objects)
         with object_mode(context):
-            for ob in objects:
-                layers.remove(ob.data)
-                heat_map.remove(ob.data)
-        shading.remove_shading(objects)
+            removed = [ob for ob in objects if removal.remove_transport(ob) | heat_map.remove(ob.data)]
+            carrier.sweep()
+        restored = shading.remove_shading(objects)
         if not any(mesh.users and layers.is_baked(mesh) and not probe.is_probe(mesh) for mesh in bpy.data.meshes):
             probe.remove_probes()
             light.remove_lights()
             report.forget_all()
             compare.remove_difference()
-        self.report({"INFO"}, f"Removed PRT from {len(objects)} object(s).")
+        self.report({"INFO"}, _said(len(removed), restored))
         return {"FINISHED"}
+
+
+def _said(removed: int, restored: int) -> str:
+    """What was removed, in words."""
+    if not removed and not restored:
+        return "There was nothing to remove."
+    parts = []
+    if removed:
+        parts.append(f"the transport of {removed} object{'s' * (removed > 1)}")
+    if restored:
+        parts.append(f"the shading of {restored} material{'s' * (restored > 1)}")
+    return f"Removed {' and '.join(parts)}."
 
 
 CLASSES = (PRT_OT_remove,)

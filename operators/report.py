@@ -10,6 +10,7 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, StringProperty
 
 from ..prt_addon.core.monitor import Work
+from ..prt_addon.core.notices import Kind, Notice, counted
 from ..prt_addon.core.report.document import PARTS, VERSION, advice_lines, picture_report, surface_report
 from ..prt_addon.core.report.findings import Effort
 from ..prt_addon.scene.bake.freshness import freshness
@@ -21,6 +22,11 @@ from ..prt_addon.scene.settings import REPORT_PARTS, ReportProperties, absolute_
 from ..prt_addon.worker import tasks
 from ..prt_addon.worker.job import Job
 from .job import JobOperator
+
+_NO_MAP = Kind(
+    "{name} shows no heat map: its own mesh has other vertices than it renders with.",
+    "{count} objects show no heat map, as their own meshes have other vertices than they render with: {names}.",
+)
 
 
 class PRT_OT_report(JobOperator, ReportProperties, bpy.types.Operator):
@@ -66,7 +72,8 @@ class PRT_OT_report(JobOperator, ReportProperties, bpy.types.Operator):
         self._file = self._path()
         self._file.parent.mkdir(parents=True, exist_ok=True)
         with object_mode(context):
-            self._baked = report.read_baked(context, objects)
+            self._baked, left_out = report.read_baked(context, objects)
+        self._warn(one.sentence for one in counted(left_out))
         effort = Effort(self._settings.points, self._settings.paths, self._settings.seed)
         return Job(
             tasks.measure,
@@ -97,8 +104,10 @@ class PRT_OT_report(JobOperator, ReportProperties, bpy.types.Operator):
         with object_mode(context):
             for ob, baked, measured in zip(objects, self._baked, result, strict=True):
                 heat_map.remove(ob.data)  # of an earlier report
-                if measured.errors is not None:
+                if measured.errors is not None and not baked.carried:
                     heat_map.write(ob.data, baked.receivers, measured.errors)
+        if self.heat_map:
+            self._warn(one.sentence for one in counted(Notice(_NO_MAP, one.name) for one in self._baked if one.carried))
         if "END_TO_END" in self.parts:
             document["end_to_end"] = self._pictures(context, objects)
         self._file.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")

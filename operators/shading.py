@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import bpy
 
-from ..prt_addon.scene.bake import gather
+from ..prt_addon.core.notices import counted
+from ..prt_addon.scene.bake import choose
 from ..prt_addon.scene.shading import shading
 from .reporting import reports_errors
 
@@ -19,11 +20,14 @@ class PRT_OT_add_shading(bpy.types.Operator):
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
-        objects = gather.objects_to_bake(context)
-        shading.check_materials(objects)
-        for warning in shading.add_shading(objects):
-            self.report({"WARNING"}, warning)
-        self.report({"INFO"}, f"Added shading to {len(shading.materials_of(objects))} material(s).")
+        objects, left_out = choose.sorted_out(choose.objects_to_bake(context))
+        notices = left_out + shading.add_shading(objects)
+        relit = shading.relit_materials(objects)
+        if not relit:
+            raise choose.nothing(context, notices, "shaded")
+        for one in counted(notices):
+            self.report({one.kind.level}, one.sentence)
+        self.report({"INFO"}, f"Added shading to {len(relit)} material{'s' * (len(relit) > 1)}.")
         return {"FINISHED"}
 
 
@@ -36,11 +40,12 @@ class PRT_OT_remove_shading(bpy.types.Operator):
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
-        objects = gather.objects_to_bake(context)
+        objects = choose.objects_to_bake(context)
         shading.check_relit_materials(objects)
         removed = shading.remove_shading(objects)
         self.report(
-            {"INFO"}, f"Restored the materials of {len(objects)} object(s)." if removed else "No shading found."
+            {"INFO"},
+            f"Restored {removed} material{'s' * (removed > 1)}." if removed else "There was no shading to remove.",
         )
         return {"FINISHED"}
 

@@ -14,7 +14,7 @@ from ..prt_addon.core.monitor import Work
 from ..prt_addon.core.problem import TraceKey
 from ..prt_addon.scene.bake.whole_bake import WholeBake
 from ..prt_addon.scene.preferences import engine_patience
-from ..prt_addon.scene.settings import BakeProperties, MemoryProperties, PrepareProperties, bake_settings, preparation
+from ..prt_addon.scene.settings import BakeProperties, MemoryProperties, bake_settings
 from ..prt_addon.worker import tasks
 from ..prt_addon.worker.job import Job
 from .bake import WholeBakeOperator
@@ -49,7 +49,7 @@ class ShardOperator(FolderBrowser, JobOperator):
             self.layout.prop(self, name)
 
 
-class PRT_OT_bake_shard(ShardOperator, BakeProperties, PrepareProperties, bpy.types.Operator):
+class PRT_OT_bake_shard(ShardOperator, BakeProperties, bpy.types.Operator):
     """Cast one share of the rays of a bake and write what they find into a folder; the file stays as it is"""
 
     bl_idname = "prt.bake_shard"
@@ -68,8 +68,8 @@ class PRT_OT_bake_shard(ShardOperator, BakeProperties, PrepareProperties, bpy.ty
             raise ShardError(
                 "Unshadowed transport needs no rays, so there is nothing to share: use Bake PRT (prt.bake)."
             )
-        whole = WholeBake(context, settings, preparation(context.scene, self))
-        self._warn(whole.plan.warnings)
+        whole = WholeBake(context, settings)
+        self._say(whole.plan.notices)
         problem = whole.plan.problem
         span = shard.span(problem.receivers)
         return Job(

@@ -18,6 +18,7 @@ from .core.errors import PRTError
 from .scene.light.light import has_light, windowing_of, write_light
 from .scene.light.state import light_state, note_repainted
 from .scene.material.colour_nodes import PART
+from .scene.mesh.carrier import put_away
 from .scene.shading.shading import follow_base_colour, follow_group
 from .scene.sky.projection import project
 from .scene.sky.sky import read_world
@@ -119,7 +120,14 @@ def _on_other_data(_scene: bpy.types.Scene | str) -> None:
     glances.forget()
 
 
+@persistent
+def _on_import(_context: bpy.types.BlendImportContext) -> None:
+    """Objects were appended: Blender puts what they refer to into the scene, too."""
+    put_away()
+
+
 _HANDLERS = (
+    (bpy.app.handlers.blend_import_post, _on_import),
     (bpy.app.handlers.depsgraph_update_post, _on_edit),
     (bpy.app.handlers.frame_change_post, _on_frame),
     (bpy.app.handlers.load_pre, _on_load),

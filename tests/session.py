@@ -38,9 +38,9 @@ def bake():
 def long_job():
     """A bake that runs until it is stopped."""
     part = sys.modules[f"{headless.PACKAGE}.prt_addon.{WHERE['job']}"]
-    gather = sys.modules[f"{headless.PACKAGE}.prt_addon.{WHERE['gather']}"]
+    read = sys.modules[f"{headless.PACKAGE}.prt_addon.{WHERE['read']}"]
     settings = sys.modules[f"{headless.PACKAGE}.prt_addon.{WHERE['problem']}"].BakeSettings(samples=1 << 18)
-    job = part.bake_job(gather.gather(bpy.context, [bpy.data.objects["Ball"]], settings).problem)
+    job = part.bake_job(read.read_bake(bpy.context, [bpy.data.objects["Ball"]], settings).problem)
     job.start()
     return job
 

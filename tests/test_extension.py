@@ -22,7 +22,7 @@ def test_enables_and_disables_again_and_again(blender):
     count = sum(map(len, all_handlers(blender)))
     for _ in range(2):
         headless.disable_extension()
-        assert sum(map(len, all_handlers(blender))) == count - 6
+        assert sum(map(len, all_handlers(blender))) == count - 7
         assert not hasattr(blender.types.Scene, "prt")
         assert not hasattr(blender.types, "PRT_PT_bake")
         headless.reenable_extension()

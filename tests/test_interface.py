@@ -161,7 +161,7 @@ def test_what_is_greyed_out_says_why(blender, part, scene, stage):
         blender.ops.prt.cancel()
     stage.object_of("Ball", stage.icosphere(5))
     settings = part("problem").BakeSettings(samples=1 << 14)
-    plan = part("gather").gather(blender.context, list(scene.objects), settings)
+    plan = part("read").read_bake(blender.context, list(scene.objects), settings)
     job = part("job").bake_job(plan.problem, threads=2)
     job.start()
     with pytest.raises(RuntimeError, match="A bake is running"):

@@ -143,14 +143,13 @@ def test_what_is_not_ours_is_refused_by_name(blender, part, stage, library, come
     """By all that would write to it; looking is allowed, and making it local helps."""
     ob = come(blender, library)
     stage.environment(stage.picture("Six", stage.six_coloured_sky(16)))
-    for call in (lambda: blender.ops.prt.bake(update_shading=False), blender.ops.prt.remove):
-        with pytest.raises(
-            RuntimeError, match=r"Mesh 'Sphere' of 'Ball' is (linked|a library override).*: make it local"
-        ):
+    with pytest.raises(RuntimeError, match=r"Mesh 'Sphere' of 'Ball' is (linked|a library override).*: make it local"):
+        blender.ops.prt.remove()
+    for call in (blender.ops.prt.bake, blender.ops.prt.add_shading):
+        with pytest.raises(RuntimeError, match=r"'Ball' is linked from a library, or overrides it: make it .* local"):
             call()
-    for call in (blender.ops.prt.bake, blender.ops.prt.add_shading, blender.ops.prt.remove_shading):
-        with pytest.raises(RuntimeError, match="Material 'Clay' of 'Ball' is linked from a library: make it local"):
-            call()
+    with pytest.raises(RuntimeError, match="Material 'Clay' of 'Ball' is linked from a library: make it local"):
+        blender.ops.prt.remove_shading()
     assert blender.ops.prt.check() == {"FINISHED"}
     assert "prt_light_0" not in blender.context.scene.world
     ob.select_set(True)
@@ -174,8 +173,8 @@ def test_linked_objects_do_not_hinder_baking_and_removing_others(blender, part, 
     assert "prt_light_0" in blender.context.scene.world, "the linked ball still needs it"
 
 
-def test_linked_material_and_bare_linked_mesh_cannot_be_relit(blender, scene, stage, tmp_path):
-    """They are named before anything is written."""
+def test_linked_material_and_bare_linked_mesh_cannot_be_relit(blender, scene, stage, capfd, tmp_path):
+    """They are named, and what can be done is done."""
     stage.object_of("Bare", stage.cube())
     path = tmp_path / "bare.blend"
     blender.data.libraries.write(str(path), set(blender.data.objects) | {stage.diffuse("Theirs")})
@@ -184,15 +183,17 @@ def test_linked_material_and_bare_linked_mesh_cannot_be_relit(blender, scene, st
         target.objects, target.materials = ["Bare"], ["Theirs"]
     own = stage.object_of("Own", stage.cube(), target.materials[0])
     stage.environment(stage.picture("Six", stage.six_coloured_sky(16)))
-    with pytest.raises(RuntimeError, match="Material 'Theirs' of 'Own' is linked from a library: make it local"):
-        blender.ops.prt.bake(mode="UNSHADOWED")
-    own.data.materials[0] = target.materials[0].override_create()
-    with pytest.raises(RuntimeError, match="Material 'Theirs' of 'Own' is a library override: make it local"):
-        blender.ops.prt.bake(mode="UNSHADOWED")
-    assert not own.data.color_attributes
+    for material in (target.materials[0], target.materials[0].override_create()):
+        own.data.materials[0] = material
+        capfd.readouterr()
+        assert blender.ops.prt.bake(mode="UNSHADOWED") == {"FINISHED"}
+        assert "Warning: Material 'Theirs' is linked from a library, or overrides it" in capfd.readouterr().out
+        assert own.data.color_attributes
+        with pytest.raises(RuntimeError, match="'Theirs' is linked from a library"):
+            blender.ops.prt.add_shading()
     blender.data.objects.remove(own)
     blender.context.scene.collection.objects.link(target.objects[0])
-    with pytest.raises(RuntimeError, match="Mesh 'Cube' of 'Bare' needs a material, but is linked from a library"):
+    with pytest.raises(RuntimeError, match="'Bare' is linked from a library"):
         blender.ops.prt.add_shading()
 
 

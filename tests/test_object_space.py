@@ -196,7 +196,7 @@ def test_company_is_shadowed_and_all_rays_are_counted(blender, part, scene, stag
     assert layers.read(ground.data)[:, 0] == pytest.approx(open_sky, abs=1e-4)
     roof.prt.space = "SCENE"
     settings = part("problem").BakeSettings(samples=64)
-    plan = part("gather").gather(blender.context, [ground, roof], settings)
+    plan = part("read").read_bake(blender.context, [ground, roof], settings)
     job = part("job").bake_job(plan.problem, threads=1)
     job.start()
     assert [len(transport) for transport in job.result().transport] == [4, 4]

@@ -76,7 +76,7 @@ def test_in_every_state(blender, part, scene, stage, drawn):
     blender.context.view_layer.update()
     assert "it was moved" in " ".join(drawn())
     settings = part("problem").BakeSettings(samples=1 << 14)
-    job = part("job").bake_job(part("gather").gather(blender.context, [ob], settings).problem)
+    job = part("job").bake_job(part("read").read_bake(blender.context, [ob], settings).problem)
     job.start()
     assert "Cancel" in drawn()
     job.cancel()

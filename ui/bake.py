@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 
 from ..prt_addon.core.transport import raycast
-from ..prt_addon.scene.bake import gather
+from ..prt_addon.scene.bake import choose
 from ..prt_addon.scene.settings import scene_settings
 from ..prt_addon.worker.job import running_job
 from .presets import PRT_PT_bake_presets
@@ -80,9 +80,6 @@ class PRT_PT_advanced(Tab, bpy.types.Panel):
         for name in ("tolerance", "seed"):
             if name in used:
                 column.prop(settings, name)
-        column.use_property_split = False
-        column.prop(settings, "make_single_user")
-        column.prop(settings, "apply_modifiers")
 
 
 class PRT_PT_long_bakes(Tab, bpy.types.Panel):
@@ -101,7 +98,7 @@ class PRT_PT_long_bakes(Tab, bpy.types.Panel):
 
 def what_is_baked(context: bpy.types.Context) -> str:
     """What the button is going to bake, in few words."""
-    count = len(gather.chosen_meshes(context))
+    count = len(choose.chosen_meshes(context))
     return f"{count} selected mesh{'es' * (count > 1)}" if count else "All meshes that render"
 
 

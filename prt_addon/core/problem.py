@@ -98,12 +98,14 @@ class Occluders:
     corner_receiver: (T, 3) int64, which receiver, counted through all groups of the island, stands at each corner of a triangle;
         -1 returns no light. All black if None. Only interreflection asks for it.
     albedo: of the triangles; white if None.
+    one_sided: (T,) whether light passes through the back of a triangle; through none if None.
     """
 
     vertices: Float64
     triangles: npt.NDArray[np.int32]
     corner_receiver: npt.NDArray[np.int64] | None = None
     albedo: Albedo | None = None
+    one_sided: npt.NDArray[np.bool_] | None = None
 
     @property
     def receiver_at_corners(self) -> npt.NDArray[np.int64]:
@@ -162,6 +164,7 @@ class Island:
         occluders = self.occluders
         names = repr([(group.name, group.radius) for group in self.groups]).encode()
         parts: list[npt.NDArray[Any] | None] = [occluders.vertices, occluders.triangles, occluders.corner_receiver]
+        parts.append(occluders.one_sided)
         for group in self.groups:
             parts += [group.points, group.normals, group.edges]
         arrays: list[npt.NDArray[Any]] = [np.empty(0) if part is None else part for part in parts]

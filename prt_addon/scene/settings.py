@@ -66,34 +66,6 @@ class BakeProperties:
     )
 
 
-@dataclass(frozen=True)
-class Preparation:
-    """What a bake may do to meshes that cannot hold its result.
-
-    make_single_user: give objects that share a mesh a copy each.
-    apply_modifiers: apply modifiers that change the topology, on a copy of the mesh.
-    """
-
-    make_single_user: bool = False
-    apply_modifiers: bool = False
-
-
-class PrepareProperties:
-    """Mixin of what a bake may do to meshes that cannot hold its result."""
-
-    make_single_user: BoolProperty(  # type: ignore[valid-type]
-        name="Make Single User",
-        description="Give objects that share a mesh a copy each, as they see different shadows; otherwise they are refused",
-        default=False,
-    )
-    apply_modifiers: BoolProperty(  # type: ignore[valid-type]
-        name="Apply Modifiers",
-        description="Apply modifiers that change the topology, on a copy of the mesh; otherwise such objects are refused. "
-        "A copy of the object, in no collection, keeps its mesh and modifiers",
-        default=False,
-    )
-
-
 class MemoryProperties:
     """Mixin of what light that bounces may occupy."""
 
@@ -213,7 +185,7 @@ class PRT_PG_report(ReportProperties, bpy.types.PropertyGroup):
     """Settings of the report, stored with the scene."""
 
 
-class PRT_PG_settings(BakeProperties, PrepareProperties, RunProperties, LightProperties, bpy.types.PropertyGroup):
+class PRT_PG_settings(BakeProperties, RunProperties, LightProperties, bpy.types.PropertyGroup):
     """Settings of the extension, stored with the scene."""
 
     auto_light: BoolProperty(  # type: ignore[valid-type]
@@ -244,11 +216,6 @@ def bake_settings(scene: bpy.types.Scene, operator: bpy.types.Operator) -> BakeS
 def scene_settings(scene: bpy.types.Scene) -> BakeSettings:
     """What the next bake of the scene's own will be."""
     return BakeSettings(**{name: getattr(scene.prt, name) for name in BakeProperties.__annotations__})
-
-
-def preparation(scene: bpy.types.Scene, operator: bpy.types.Operator) -> Preparation:
-    """What may be done to meshes: the operator's own properties where they were given, the scene's where not."""
-    return Preparation(**_values(PrepareProperties, scene.prt, operator))
 
 
 def windowing(scene: bpy.types.Scene, operator: bpy.types.Operator) -> Windowing:

@@ -95,7 +95,7 @@ def test_a_world_that_was_swapped_during_the_bake_gives_its_own_light(blender, p
     stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
     stage.object_of("Cube", stage.cube())
     settings, whole = part("problem").BakeSettings("UNSHADOWED"), part("whole_bake").WholeBake
-    bake = whole(blender.context, settings, part("prepare").NOTHING, part("projection").Windowing())
+    bake = whole(blender.context, settings, part("projection").Windowing())
     former, scene.world = scene.world, blender.data.worlds.new("Other")
     stage.environment(stage.picture("Other", stage.six_coloured_sky(16)[::-1]))
     bake.write(blender.context, part("bake").bake(bake.plan.problem))
@@ -107,15 +107,22 @@ def test_a_world_that_was_swapped_during_the_bake_gives_its_own_light(blender, p
 
 
 def test_warnings_are_not_lost_behind_the_last_word(blender, scene, stage, capfd):
-    """The status bar shows that one alone, so it counts them."""
+    """The status bar shows that one alone, so it counts them, and each kind once however many objects it is about."""
     stage.object_of("Cube", stage.cube()).select_set(True)
-    for count in range(3):
+    for said in (
+        "",
+        " 1 warning: see the Info editor.",
+        " 2 warnings: see the Info editor.",
+        " 2 warnings: see the Info editor.",
+    ):
         capfd.readouterr()
         blender.ops.prt.bake(mode="SHADOWED", samples=4)
         [told] = [line for line in capfd.readouterr().out.splitlines() if "Baked" in line]
-        said = ("", " 1 warning: see the Info editor.", " 2 warnings: see the Info editor.")[count]
         assert told.endswith(f"rays.{said}")
-        stage.object_of("Hidden", stage.cube(), None, (9, 0, 0)).hide_viewport = True
+        ob = stage.object_of("Hidden", stage.cube(), None, (9, 0, 0))
+        ob.hide_render = not said
+        ob.scale = (float(not said),) * 3
+        ob.select_set(True)
 
 
 def test_own_layers_survive(blender, part, scene, stage):
@@ -162,37 +169,94 @@ def faceless(stage):
     return stage.object_of("Broken", mesh)
 
 
-def shared(stage):
-    mesh = stage.cube()
-    stage.object_of("Other", mesh, location=(3, 0, 0))
-    return stage.object_of("Broken", mesh)
-
-
-def subdivided(stage):
+def nan_place(stage):
     ob = stage.object_of("Broken", stage.cube())
-    ob.modifiers.new("Subdivision", "SUBSURF").levels = 1
+    ob.rotation_euler.x = float("nan")
+    return ob
+
+
+def scaled_to_nothing(stage):
+    ob = stage.object_of("Broken", stage.cube())
+    ob.scale = (0.0, 0.0, 0.0)
+    return ob
+
+
+def hidden(stage):
+    ob = stage.object_of("Broken", stage.cube())
+    ob.hide_render = True
+    return ob
+
+
+def sheared(stage):
+    """An object that may move, turned inside a parent that is scaled unevenly."""
+    parent = stage.object_of("Parent", None)
+    parent.scale = (1.0, 3.0, 1.0)
+    ob = stage.object_of("Broken", stage.cube())
+    ob.parent, ob.rotation_euler.z, ob.prt.space = parent, 0.5, "OBJECT"
+    return ob
+
+
+def instancer(stage):
+    ob = stage.object_of("Broken", stage.cube())
+    ob.instance_type = "VERTS"
+    ob.show_instancer_for_render = False
     return ob
 
 
 @pytest.mark.parametrize(
     ("build", "said"),
-    [(nan_mesh, "NaN"), (faceless, "no faces"), (shared, "single-user"), (subdivided, "change its topology")],
+    [
+        (nan_mesh, "NaN"),
+        (nan_place, "NaN"),
+        (faceless, "no faces"),
+        (scaled_to_nothing, "scaled to nothing"),
+        (hidden, "does not render"),
+        (sheared, "is sheared"),
+        (instancer, "does not render"),
+    ],
 )
-def test_bad_meshes_are_refused_by_name(blender, scene, stage, build, said):
-    """One sentence that names the object and says what to do; every object is as it was."""
+def test_what_cannot_be_baked_is_named_and_the_rest_is_baked(blender, scene, stage, capfd, build, said):
+    """One sentence that names the object and says what to do; alone, it is an error and everything is as it was."""
     good = stage.object_of("A good one", stage.cube(), location=(9, 0, 0))
     ob = build(stage)
     for each in scene.objects:
         each.select_set(True)
-    with pytest.raises(RuntimeError, match=said) as raised:
+    blender.context.view_layer.update()
+    assert blender.ops.prt.bake(mode="SHADOWED", samples=16) == {"FINISHED"}
+    [line] = [line for line in capfd.readouterr().out.splitlines() if "Broken" in line]
+    assert said in line and "_PRT_0" in good.data.attributes and "_PRT_0" not in ob.data.attributes
+    blender.ops.prt.remove()
+    good.select_set(False)
+    with pytest.raises(RuntimeError, match=f"Nothing can be baked: .*'Broken'.*{said}|{said}.*'Broken'"):
         blender.ops.prt.bake(mode="SHADOWED", samples=16)
-    assert "Broken" in str(raised.value)
-    assert not any("_PRT_0" in bad.data.attributes for bad in (good, ob))
-    assert not good.data.materials
+    assert not ob.data.materials and not good.data.materials
 
 
-def test_linked_mesh_is_refused(blender, scene, stage, tmp_path):
-    """Library data cannot hold the result."""
+def test_many_of_a_kind_are_one_sentence(blender, scene, stage, capfd):
+    stage.object_of("Good", stage.cube(), location=(9, 0, 0))
+    for _ in range(12):
+        faceless(stage)
+    for each in scene.objects:
+        each.select_set(True)
+    blender.ops.prt.bake(mode="SHADOWED", samples=16)
+    [line] = [line for line in capfd.readouterr().out.splitlines() if "no faces" in line]
+    assert line.startswith("Info: 12 objects have no faces") and line.endswith("and 7 more.")
+
+
+def test_a_selected_lamp_is_no_mesh(blender, scene, stage):
+    """The person meant something: not everything else."""
+    stage.object_of("Cube", stage.cube())
+    lamp = blender.data.objects.new("Lamp", blender.data.lights.new("Lamp", "POINT"))
+    scene.collection.objects.link(lamp)
+    lamp.select_set(True)
+    with pytest.raises(RuntimeError, match="None of the selected objects is a mesh"):
+        blender.ops.prt.bake(mode="SHADOWED", samples=16)
+    lamp.select_set(False)
+    assert blender.ops.prt.bake(mode="SHADOWED", samples=16) == {"FINISHED"}
+
+
+def test_linked_mesh_is_left_out(blender, scene, stage, capfd, tmp_path):
+    """Library data cannot hold the result; the rest is baked."""
     ob = stage.object_of("Linked", stage.cube())
     path = str(tmp_path / "library.blend")
     blender.data.libraries.write(path, {ob})
@@ -200,8 +264,11 @@ def test_linked_mesh_is_refused(blender, scene, stage, tmp_path):
     with blender.data.libraries.load(path, link=True) as (_, target):
         target.objects = ["Linked"]
     scene.collection.objects.link(target.objects[0])
-    with pytest.raises(RuntimeError, match="make it local"):
+    with pytest.raises(RuntimeError, match=r"'Linked' is linked from a library.* local"):
         blender.ops.prt.bake(mode="UNSHADOWED")
+    stage.object_of("Own", stage.cube())
+    assert blender.ops.prt.bake(mode="UNSHADOWED") == {"FINISHED"}
+    assert "'Linked' is linked from a library" in capfd.readouterr().out
 
 
 def test_scene_without_meshes_is_refused(blender, scene, stage):
@@ -224,7 +291,7 @@ def test_cancel_changes_nothing_and_a_second_bake_is_refused_meanwhile(blender, 
     """A running job blocks another; cancelled, it raises and leaves no state behind."""
     ob = stage.object_of("Ball", stage.icosphere(5))
     settings, jobs = part("problem").BakeSettings(samples=1 << 14), part("job")
-    job = jobs.bake_job(part("gather").gather(blender.context, [ob], settings).problem)
+    job = jobs.bake_job(part("read").read_bake(blender.context, [ob], settings).problem)
     job.start()
     assert not blender.ops.prt.bake.poll()
     assert blender.ops.prt.cancel() == {"FINISHED"}

@@ -53,9 +53,9 @@ def job_of(blender, part):
 
     def make(mode, samples, bounces=3, threads=2):
         part("job").end_engine()
-        core, gather = part("problem"), part("gather")
+        core, read, choose = part("problem"), part("read"), part("choose")
         settings = core.BakeSettings(mode, samples=samples, bounces=bounces)
-        plan = gather.gather(blender.context, gather.objects_to_bake(blender.context), settings)
+        plan = read.read_bake(blender.context, choose.objects_to_bake(blender.context), settings)
         return lambda: part("job").bake_job(plan.problem, threads=threads)
 
     return make

@@ -118,8 +118,8 @@ def test_findings_come_with_the_number_of_their_group(scene):
     one = bake(([buried, *groups[1:]], inside_out), replace(SETTINGS, mode="SHADOWED"))
     one.start()
     findings = one.result().findings
-    assert {number for number, sentence in findings if "'Lost'" in sentence} == {0}
-    assert all(sentence.count("'panel ") == (number > 0) for number, sentence in findings)
+    assert {number for number, notice in findings if notice.name == "Lost"} == {0}
+    assert all(notice.name.startswith("panel ") == (number > 0) for number, notice in findings)
 
 
 def test_large_arrays_arrive_whole(scene):
@@ -287,14 +287,17 @@ def test_killed_at_random_moments(scene):
         one = bake(scene)
         one.start()
         one.wait(rng.uniform(0.0, 0.3))
-        if job._engine:
-            os.kill(pid(), signal.SIGKILL)
+        killed = pid() if job._engine else 0
+        if killed:
+            os.kill(killed, signal.SIGKILL)
         try:
             assert all(map(np.array_equal, one.result().transport, expected))
         except EngineError as error:
             ended += 1
             assert "Nothing was changed" in str(error) or "could not be started" in str(error)
         assert job.running_job() is None
+        while killed and is_alive(killed):  # a result may be there before the signal is
+            time.sleep(0.001)
     assert ended > kills // 4
     works_again(scene)
 

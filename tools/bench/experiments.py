@@ -175,13 +175,13 @@ def blender_share(mode: str, receivers: int, samples: int, turns: int) -> Result
     def part(name: str) -> Any:
         return importlib.import_module(f"{headless.PACKAGE}.prt_addon.{name}")
 
-    gather, layers, engine = part("scene.bake.gather"), part("scene.mesh.layers"), part("core.bake.bake")
+    read, layers, engine = part("scene.bake.read"), part("scene.mesh.layers"), part("core.bake.bake")
     objects = blender_scene.court(receivers)
     settings = part("core.problem").BakeSettings(mode, samples)
 
     def turn() -> list[Seconds]:
         clock = [now()]
-        plan = gather.gather(headless.bpy.context, objects, settings)
+        plan = read.read_bake(headless.bpy.context, objects, settings)
         clock.append(now())
         transport = engine.bake(plan.problem).transport
         clock.append(now())

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..monitor import Work
+from ..notices import Notice
 from ..problem import BakeProblem, BakeSettings, Island, Occluders
 from ..surface import Albedo
 from ..transport.bounces import interreflected
@@ -27,11 +28,11 @@ class BakeResult:
     """What a bake came to.
 
     transport: of each group of the problem, (N, 9) float32, or (N, 9, 3) RGB if interreflected.
-    findings: sentences for the person, each with the number of the group that it is about.
+    findings: what there is to say of the groups, each with the number of its group.
     """
 
     transport: list[Float32]
-    findings: list[tuple[int, str]]
+    findings: list[tuple[int, Notice]]
 
 
 def bake(problem: BakeProblem, run: Run = PLAINLY) -> BakeResult:
@@ -55,7 +56,7 @@ def bake(problem: BakeProblem, run: Run = PLAINLY) -> BakeResult:
     for island, first_group, first_receiver in problem.numbered():
         transport, findings = _bake_island(island, problem.settings, _counted_from(first_receiver, run))
         result.transport.extend(transport)
-        result.findings.extend((first_group + number, sentence) for number, sentence in findings)
+        result.findings.extend((first_group + number, notice) for number, notice in findings)
     return result
 
 
@@ -83,7 +84,7 @@ def _overlap(span: slice, first: int, count: int) -> slice:
     return slice(max(span.start - first, 0), min(span.stop - first, count))
 
 
-def _bake_island(island: Island, settings: BakeSettings, run: Run) -> tuple[list[Float32], list[tuple[int, str]]]:
+def _bake_island(island: Island, settings: BakeSettings, run: Run) -> tuple[list[Float32], list[tuple[int, Notice]]]:
     """The transport of its groups, and findings about them."""
     if not len(island):
         shape = (0, 9, 3) if settings.mode == "INTERREFLECTED" else (0, 9)

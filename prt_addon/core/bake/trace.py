@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from ..errors import MeshError
 from ..monitor import Work
+from ..notices import Kind, Notice
 from ..problem import BakeSettings, Island, ReceiverGroup
 from ..sphere import sh
 from ..transport.direct import Receivers, shadowed
@@ -26,6 +27,25 @@ _RAYS_IN_A_PIECE = 1 << 24  # at most 128 MiB of hits
 _TOO_BLIND = 0.02  # skipped start of rays, as a share of their object's radius, that is worth a word
 
 
+_FILLED = Kind(
+    "{share} of the receivers of {name} lie inside other geometry and were filled from their neighbours.",
+    "{count} objects have receivers inside other geometry, which were filled from their neighbours: {names}.",
+    "INFO",
+)
+_BLACK = Kind(
+    "No light reaches {name}: unless it is a closed room, its faces point inwards (Mesh > Normals > Recalculate Outside) "
+    "or it lies inside other geometry.",
+    "No light reaches {count} objects: unless they are closed rooms, their faces point inwards (Mesh > Normals > "
+    "Recalculate Outside) or they lie inside other geometry: {names}.",
+)
+_TINY = Kind(
+    "{name} is tiny beside the scene: shadows from closer than {blind} are lost on it; move distant objects closer, or "
+    "hide them from renders.",
+    "{count} objects are tiny beside the scene, and lose shadows from close by: {names}; move distant objects closer, or "
+    "hide them from renders.",
+)
+
+
 @dataclass(frozen=True)
 class Traced:
     """What the rays of an island found; another albedo or number of bounces needs no new ones.
@@ -34,14 +54,14 @@ class Traced:
     direct: (N, 9) float32 shadowed transport of all groups, filled where buried.
     hits: what the blocked rays hit, if light shall bounce.
     fill: of the receivers that lie inside other geometry.
-    findings: sentences for the person, each with the number of the group that it is about.
+    findings: what there is to say of the groups, each with the number of its group.
     """
 
     sizes: list[int]
     direct: Float32
     hits: HitStore
     fill: Fill
-    findings: list[tuple[int, str]]
+    findings: list[tuple[int, Notice]]
 
     @property
     def nbytes(self) -> int:
@@ -73,7 +93,7 @@ class Caster:
 
     def __init__(self, island: Island, settings: BakeSettings, run: Run) -> None:
         self._run, occluders = run, island.occluders
-        self.scene = RayScene(occluders.vertices, occluders.triangles, run.workers.monitor)
+        self.scene = RayScene(occluders.vertices, occluders.triangles, run.workers.monitor, occluders.one_sided)
         self.receivers = Receivers.of(island.groups, self.scene)
         self._settings = settings
         self._returns = (occluders.receiver_at_corners >= 0).any(axis=1)
@@ -118,31 +138,25 @@ def _edges(groups: Sequence[ReceiverGroup]) -> npt.NDArray[np.int64]:
 
 def _findings(
     groups: Sequence[ReceiverGroup], scene: RayScene, direct: Float32, buried: npt.NDArray[np.bool_]
-) -> Iterator[tuple[int, str]]:
+) -> Iterator[tuple[int, Notice]]:
     """What the person should know of (N, 9) transport and of which (N,) were filled, each with the number of its group."""
     start = 0
     for number, group in enumerate(groups):
         part = slice(start, start + len(group))
-        for sentence in _about(group, scene, direct[part], buried[part]):
-            yield number, sentence
+        for notice in _about(group, scene, direct[part], buried[part]):
+            yield number, notice
         start = part.stop
 
 
-def _about(group: ReceiverGroup, scene: RayScene, direct: Float32, buried: npt.NDArray[np.bool_]) -> Iterator[str]:
+def _about(group: ReceiverGroup, scene: RayScene, direct: Float32, buried: npt.NDArray[np.bool_]) -> Iterator[Notice]:
     """Of one group."""
     if not len(group):
         return
     if buried.any():
         share = f"{buried.mean():.0%}" if buried.mean() >= 0.01 else "Less than 1%"
-        yield f"{share} of the receivers of '{group.name}' lie inside other geometry and were filled from their neighbours."
+        yield Notice(_FILLED, group.name, {"share": share})
     if is_dark(direct).all():
-        yield (
-            f"No light reaches '{group.name}': unless it is a closed room, its faces point inwards "
-            "(Mesh > Normals > Recalculate Outside) or it lies inside other geometry."
-        )
+        yield Notice(_BLACK, group.name)
     blind = SMALLEST_SKIP * scene.radius
     if blind > _TOO_BLIND * group.radius > 0.0:
-        yield (
-            f"'{group.name}' is tiny beside the scene: shadows from closer than {blind:.2g} are lost on it; move distant "
-            "objects closer, or hide them from renders."
-        )
+        yield Notice(_TINY, group.name, {"blind": f"{blind:.2g}"})

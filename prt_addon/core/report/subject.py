@@ -76,7 +76,7 @@ class Scenery:
     @cached_property
     def scene(self) -> RayScene:
         """To cast rays at."""
-        return RayScene(self.occluders.vertices, self.occluders.triangles)
+        return RayScene(self.occluders.vertices, self.occluders.triangles, one_sided=self.occluders.one_sided)
 
     @cached_property
     def around(self) -> Surroundings:

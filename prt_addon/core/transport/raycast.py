@@ -7,7 +7,7 @@ crashes the interpreter), coordinates near the origin.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -34,6 +34,12 @@ concave vertices out of their crease and leaves 7 % RMS error at any ray count."
 SMALLEST_SKIP = 1e-5
 """The same, as a share of the whole scene's radius: below it float32 hits the surface the ray starts on."""
 
+
+_MOST_BACKS = 64
+"""So many one-sided backs does a ray pass; what lies behind more of them counts as the sky."""
+
+_BEYOND = 2e-6
+"""How far behind a back a ray goes on, as a share of the scene's radius and of the way: a few roundings of float32."""
 
 _BLOCK = 1 << 13
 """Triangles that are handed over at once: a cancel is heard in between."""
@@ -66,28 +72,34 @@ class Hits:
 class RayScene:
     """Triangles to shoot at, centred and scaled to a unit sphere so that float32 has its best precision."""
 
-    def __init__(self, vertices: Float64, triangles: npt.NDArray[np.int32], monitor: Monitor = UNWATCHED) -> None:
+    def __init__(
+        self,
+        vertices: Float64,
+        triangles: npt.NDArray[np.int32],
+        monitor: Monitor = UNWATCHED,
+        one_sided: npt.NDArray[np.bool_] | None = None,
+    ) -> None:
         """
         Args:
             vertices: (V, 3) finite coordinates in any unit.
-            triangles: (T, 3) vertex indices, counter-clockwise seen from the front.
+            triangles: (T, 3) vertex indices, counter-clockwise seen from the front. Without any, all rays leave.
             monitor: asked now and then whether to go on.
+            one_sided: (T,) whether rays pass through the back of a triangle; through none if None.
 
         Raises:
             RayCasterMissing: if embreex is not installed.
-            MeshError: if there is no triangle or a coordinate is not finite.
+            MeshError: if a coordinate is not finite.
         """
         require()
-        if not len(triangles):
-            raise MeshError("There is nothing to cast rays at: none of the objects has a face.")
         if not np.isfinite(vertices).all():
             raise MeshError("A mesh holds NaN or infinite coordinates: remove those vertices and bake again.")
-        low, high = vertices.min(axis=0), vertices.max(axis=0)
+        low, high = (vertices.min(axis=0), vertices.max(axis=0)) if len(vertices) else (np.zeros(3), np.zeros(3))
         self.centre: Float64 = (low + high) / 2.0
         self.radius = float(np.linalg.norm(high - low)) / 2.0 or 1.0
         self._scene = EmbreeScene(robust=True)
         points = self.normalised(vertices).astype(np.float32)
-        self._blocks = []
+        self._one_sided = one_sided if one_sided is not None and one_sided.any() else None
+        self._blocks: list[Any] = []
         for start in range(0, len(triangles), _BLOCK):
             self._blocks.append(_mesh(self._scene, points, triangles[start : start + _BLOCK]))
             monitor.check_cancelled()
@@ -102,6 +114,8 @@ class RayScene:
 
     def visible(self, origins: Float32, directions: Float32) -> npt.NDArray[np.bool_]:
         """(N,) whether each ray leaves the scene unblocked. Rays are (N, 3), normalised units."""
+        if self._one_sided is not None or not self._blocks:
+            return self.hits(origins, directions).triangle < 0
         self._check(origins, directions)
         answer: npt.NDArray[np.int32] = self._scene.run(origins, directions, query="OCCLUDED")
         return answer < 0
@@ -109,13 +123,39 @@ class RayScene:
     def hits(self, origins: Float32, directions: Float32) -> Hits:
         """Nearest hits of rays (N, 3), normalised units."""
         self._check(origins, directions)
+        if not self._blocks:
+            nowhere = np.zeros(len(origins), dtype=np.float32)
+            return Hits(np.full(len(origins), -1, dtype=np.int32), nowhere, nowhere.copy(), nowhere > 0.0)
+        nearest, distance = self._nearest(origins, directions)
+        if self._one_sided is not None:
+            self._pass_through(nearest, distance, origins, directions)
+        return nearest
+
+    def _nearest(self, origins: Float32, directions: Float32) -> tuple[Hits, Float32]:
         found = self._scene.run(origins, directions, output=True)
         front = np.einsum("ij,ij->i", found["Ng"], directions) < 0.0
         triangle = found["geomID"]
         triangle *= _BLOCK
         triangle += found["primID"]
         np.maximum(triangle, -1, out=triangle)
-        return Hits(triangle, found["u"], found["v"], front)
+        return Hits(triangle, found["u"], found["v"], front), found["tfar"]
+
+    def _pass_through(self, hits: Hits, distance: Float32, origins: Float32, directions: Float32) -> None:
+        """Send the rays that ended on the back of a one-sided triangle on their way, changing the hits in place."""
+        assert self._one_sided is not None
+        rays = np.arange(len(origins))
+        for _ in range(_MOST_BACKS):
+            back = (hits.triangle[rays] >= 0) & ~hits.front[rays]
+            back &= self._one_sided.take(hits.triangle[rays], mode="clip")
+            rays, distance = rays[back], distance[back]
+            if not len(rays):
+                return
+            distance = distance * np.float32(1.0 + _BEYOND) + np.float32(_BEYOND)
+            after, further = self._nearest(origins[rays] + directions[rays] * distance[:, None], directions[rays])
+            for field in fields(Hits):
+                getattr(hits, field.name)[rays] = getattr(after, field.name)
+            distance = distance + further
+        hits.triangle[rays] = -1
 
     @staticmethod
     def _check(origins: Float32, directions: Float32) -> None:

@@ -16,13 +16,14 @@ import bpy
 
 from ...core.problem import BakeSettings
 from ..blender.modes import object_mode
+from ..mesh.carrier import transport_mesh
 from ..mesh.layers import is_baked
 from ..mesh.record import FORMAT_VERSION, BakeRecord, Evidence, read_record, same_transform, transform_of
 from ..settings import MODES, SPACES, scene_settings
-from .gather import survey
+from .read import survey
 
 State = Literal["FRESH", "STALE", "NEVER", "UNKNOWN", "NEWER", "UNCHECKED"]
-Cause = Literal["GEOMETRY", "MOVED", "OTHERS", "COLOURS", "SETTINGS"]
+Cause = Literal["HIDDEN", "GEOMETRY", "MOVED", "OTHERS", "COLOURS", "SETTINGS"]
 
 _HEADLINES: dict[State, str] = {
     "NEVER": "never baked",
@@ -37,6 +38,7 @@ _ADVICE: dict[State, str] = {
     "NEWER": "use a newer version of PRT Relight",
 }
 _PHRASES: dict[Cause, str] = {
+    "HIDDEN": "it does not render any more",
     "GEOMETRY": "its geometry changed",
     "MOVED": "it was moved",
     "OTHERS": "other objects changed or moved",
@@ -138,10 +140,11 @@ def _record(ob: bpy.types.Object) -> BakeRecord | None:
     """The record of an object's bake, which counts only with its layers; they count without it, as of unknown origin."""
     if ob.type != "MESH":
         return None
-    record = read_record(ob.data)
+    mesh = transport_mesh(ob)
+    record = read_record(mesh)
     if record and record.version > FORMAT_VERSION:  # whose layers nobody knows
         return record
-    return (record or BakeRecord(BakeSettings(), "SCENE")) if is_baked(ob.data) else None
+    return (record or BakeRecord(BakeSettings(), "SCENE")) if is_baked(mesh) else None
 
 
 def _checkable(ob: bpy.types.Object) -> BakeRecord | None:
@@ -149,8 +152,10 @@ def _checkable(ob: bpy.types.Object) -> BakeRecord | None:
     return record if record and record.fingerprint else None
 
 
-def _differences(record: BakeRecord, evidence: Evidence) -> frozenset[Cause]:
+def _differences(record: BakeRecord, evidence: Evidence | None) -> frozenset[Cause]:
     """Causes that only the whole scene can tell."""
+    if evidence is None:
+        return frozenset({"HIDDEN"})
     was, now = record.fingerprint, evidence.fingerprint(record.settings.mode, record.space)
     assert was, "only such records are checked"
     causes: set[Cause] = set()

@@ -1,22 +1,28 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One bake of a scene: everything is checked and read first, and written once the whole result is there."""
+"""One bake of a scene: everything is checked and read first, and written once the whole result is there.
+
+Nothing of the person's is applied or refused: an object whose own mesh cannot hold its transport gets a carrier, and what
+cannot be baked at all is left out and named.
+"""
 
 from __future__ import annotations
 
 import bpy
 
 from ...core.bake.bake import BakeResult
+from ...core.errors import MeshError
+from ...core.notices import Notice
 from ...core.problem import BakeSettings
 from ...core.transport import raycast
 from ..blender.modes import Place, found_again, object_mode
 from ..light import light
-from ..mesh import layers
-from ..settings import Preparation
+from ..mesh import carrier, layers
 from ..shading import shading
 from ..sky import sky
 from ..sky.identity import identity
 from ..sky.projection import Windowing, project
-from . import freshness, gather, prepare
+from . import choose, freshness
+from .read import ObjectToBake, read_bake
 
 
 class WholeBake:
@@ -30,13 +36,11 @@ class WholeBake:
         self,
         context: bpy.types.Context,
         settings: BakeSettings,
-        allowed: Preparation,
         projected: Windowing | None = None,
         with_shading: bool = False,
     ) -> None:
         """
         Args:
-            allowed: what may be done to meshes that cannot hold the result.
             projected: how the world is projected, too; not if None, nor if its light is keyframed or imported.
             with_shading: whether materials are relit, too.
 
@@ -45,9 +49,7 @@ class WholeBake:
         """
         if settings.mode != "UNSHADOWED":
             raycast.require()
-        objects = gather.objects_to_bake(context)
-        if with_shading:
-            shading.check_materials(objects)
+        objects = choose.objects_to_bake(context)
         self._light, self._notes = None, list[str]()
         if projected:
             here = sky.read_sky(context.scene)
@@ -59,30 +61,29 @@ class WholeBake:
             else:
                 self._light = project(here, projected)
         with object_mode(context):
-            self.plan = gather.gather(context, objects, settings, allowed)
+            self.plan = read_bake(context, objects, settings)
         self.settings = settings
-        self._allowed, self._with_shading = allowed, with_shading
-        self._names = [ob.name_full for ob in objects]
+        self._with_shading = with_shading
         self._place = Place.of(context)
 
     @property
     def summary(self) -> str:
         """What is baked, in words."""
         count = sum(len(one.receivers.group) for one in self.plan.objects)
-        return f"{len(self._names)} object(s), {count:,} receivers"
+        return f"{len(self.plan.objects)} object(s), {count:,} receivers"
 
-    def findings(self, result: BakeResult) -> list[str]:
+    def findings(self, result: BakeResult) -> list[Notice]:
         """What the engine found of the objects that were to be baked, and not of those that only bounced light at them."""
         wanted = {one.group for one in self.plan.objects}
-        return [sentence for number, sentence in result.findings if number in wanted]
+        return [notice for number, notice in result.findings if number in wanted]
 
-    def write(self, context: bpy.types.Context, result: BakeResult) -> tuple[list[str], list[str]]:
+    def write(self, context: bpy.types.Context, result: BakeResult) -> tuple[list[Notice], list[str]]:
         """Write the transport of all objects of the plan, and light and shading if asked for.
 
         Into the scene that was read, whichever the window shows by now.
 
         Returns:
-            Sentences for the person: warnings, and what else there is to know.
+            Notices about materials, and sentences about the light.
 
         Raises:
             PRTError: before anything is written, if the scene is no longer what was read.
@@ -90,33 +91,50 @@ class WholeBake:
         with self._place.again(context):
             return self._write(context, result)
 
-    def _write(self, context: bpy.types.Context, result: BakeResult) -> tuple[list[str], list[str]]:
-        objects = [found_again(bpy.data.objects, "Object", name) for name in self._names]
+    def _write(self, context: bpy.types.Context, result: BakeResult) -> tuple[list[Notice], list[str]]:
+        objects = [found_again(bpy.data.objects, "Object", one.name) for one in self.plan.objects]
         here = sky.read_sky(context.scene) if self._light else None  # refuses before writing, as all that follows
         if here and self._light:
             light.check_world(here.world)
             if identity(here) != self._light.identity:  # the world was edited, or is another, since the bake began
                 self._light = project(here, self._light.windowing)
-        if self._with_shading:
-            shading.check_materials(objects)
         with object_mode(context):
-            with prepare.own_meshes(context, objects, self._allowed) as own:
-                for ob, one in zip(objects, self.plan.objects, strict=True):
-                    gather.check_unchanged(ob, own.mesh_of(ob), one.receivers)
             for ob, one in zip(objects, self.plan.objects, strict=True):
-                layers.write(
-                    ob.data,
-                    one.receivers.domain,
-                    result.transport[one.group],
-                    one.receivers.element_receiver,
-                    self.settings,
-                    one.space,
-                    one.evidence,
-                )
+                _check_unchanged(ob, one)
+            for ob, one in zip(objects, self.plan.objects, strict=True):
+                _store(ob, one, result.transport[one.group], self.settings)
+            carrier.sweep()
+            context.view_layer.update()
         freshness.note_baked(objects)
-        notes = [*own.notes, *self._notes]
+        notes = list(self._notes)
         if here and self._light:
             light.write_light(here, self._light)
             notes += self._light.sentences
-        warnings = shading.add_shading(objects) if self._with_shading else []
-        return warnings, notes
+        return shading.add_shading(objects) if self._with_shading else [], notes
+
+
+def _check_unchanged(ob: bpy.types.Object, one: ObjectToBake) -> None:
+    """Raises MeshError if an object was edited since it was read."""
+    if (len(ob.data.vertices), len(ob.data.loops)) != one.elements:
+        raise MeshError(f"Mesh of '{ob.name}' was edited during the bake; nothing was changed: bake again.")
+
+
+def _store(ob: bpy.types.Object, one: ObjectToBake, transport: layers.Transport, settings: BakeSettings) -> None:
+    """Put transport where an object shows it: on its own mesh, or on a carrier."""
+    if one.carried:
+        mesh = carrier.hang(ob, one.carried, one.receivers.domain)
+        if ob.data.users == 1:
+            layers.remove(ob.data)  # of an earlier bake, which nothing shows any more
+    else:
+        mesh = ob.data
+        carrier.take_off(ob)
+    layers.write(
+        mesh,
+        one.receivers.domain,
+        transport,
+        one.receivers.element_receiver,
+        settings,
+        one.space,
+        one.evidence,
+        one.elements,
+    )

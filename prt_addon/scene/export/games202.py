@@ -14,7 +14,8 @@ from ...core.exchange import games202
 from ...core.problem import BakeSettings
 from ...core.sphere.rotation import rotation_matrix
 from ..light import light
-from ..mesh import layers
+from ..mesh import carrier, layers
+from ..mesh.carrier import transport_mesh
 from ..mesh.meshes import index_array, own_axes
 from ..mesh.record import check_version
 
@@ -31,15 +32,16 @@ def export_files(ob: bpy.types.Object, world: bpy.types.World, directory: Path) 
         VersionError: if a newer version baked it.
         LightError, OSError: if there is no light, or the folder cannot be written.
     """
-    check_version(ob)
-    if not layers.is_baked(ob.data):
+    mesh = transport_mesh(ob)
+    check_version(ob, mesh)
+    if not layers.is_baked(mesh):
         raise MeshError(f"Object '{ob.name}' is not baked: bake it, then export.")
-    corners, vertices = _triangle_corners(ob.data)
-    elements = vertices if ob.data.attributes[layers.LAYERS[0]].domain == "POINT" else corners
-    rows = layers.read(ob.data).mean(axis=2, dtype=np.float64)[elements] @ _to_world(ob).T
+    corners, vertices = _triangle_corners(mesh)
+    elements = vertices if layers.domain_of(mesh) == "POINT" else corners
+    rows = layers.read(mesh).mean(axis=2, dtype=np.float64)[elements] @ _to_world(ob).T
     directory.mkdir(parents=True, exist_ok=True)
     games202.write_light(directory / LIGHT_FILE, light.shown_light(world))
-    games202.write_transport(directory / TRANSPORT_FILE, rows, len(ob.data.vertices))
+    games202.write_transport(directory / TRANSPORT_FILE, rows, len(mesh.vertices))
 
 
 def import_files(ob: bpy.types.Object, world: bpy.types.World, directory: Path) -> games202.Flavour:
@@ -59,14 +61,20 @@ def import_files(ob: bpy.types.Object, world: bpy.types.World, directory: Path) 
     transport = np.zeros((len(ob.data.loops), rows.shape[1]), dtype=np.float32)
     transport[corners] = rows
     settings = BakeSettings(mode="SHADOWED", samples=0)  # whatever the files' own tool did
-    layers.write(ob.data, "CORNER", transport, np.arange(len(transport)), settings)
+    mesh = ob.data
+    if carrier.is_shared(ob):
+        mesh = carrier.hang(ob, carrier.Geometry.of(mesh), "CORNER")
+    else:
+        carrier.take_off(ob)
+    carrier.sweep()
+    layers.write(mesh, "CORNER", transport, np.arange(len(transport)), settings)
     light.write_still_light(world, coefficients)
     return flavour
 
 
 def _to_world(ob: bpy.types.Object) -> npt.NDArray[np.float64]:
     """(9, 9) matrix that takes the coefficients on a baked object into the world's axes."""
-    if layers.space_of(ob.data) == "SCENE":
+    if layers.space_of(transport_mesh(ob)) == "SCENE":
         return np.eye(len(layers.LAYERS))
     return rotation_matrix(own_axes(ob.matrix_world))
 

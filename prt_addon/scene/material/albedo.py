@@ -8,18 +8,22 @@ colour stands in, which is said, too.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
 
 import bpy
 import numpy as np
 import numpy.typing as npt
 
+from ...core.digest import digest
 from ...core.errors import PictureError
+from ...core.notices import Kind, Notice
 from ...core.surface import AlbedoPattern, CornerColours, Interpolation, TexturePatch
 from ..blender.images import linear_pixels
 from ..blender.nodes import feeding_socket, has_loop
 from ..mesh.meshes import Surface, corner_vertices, layer_array
-from .cycles_colour import Unread, corner_colours
+from .cycles_colour import ColourRequest, ColourRequests, Unread
 from .reading import BLACK, Colour, Constant, Inside, Source, read_material
 
 Float32 = npt.NDArray[np.float32]
@@ -30,11 +34,27 @@ DEFAULT_COLOUR = (0.8, 0.8, 0.8)
 
 @dataclass(frozen=True)
 class SurfaceAlbedo:
-    """Albedo of one object's triangles: constants (T, 3), patterns over some of them, and what could not be followed."""
+    """Albedo of one object's triangles: constants (T, 3), patterns over some of them, and what could not be followed.
+
+    notices: each with the name of its material.
+    identity: digest of all that light takes on.
+    """
 
     constant: Float32
     patterns: list[AlbedoPattern]
-    warnings: list[str]
+    notices: list[Notice]
+    identity: bytes
+
+
+_EVALUATED = Kind(
+    "Material {name}: {why}; Cycles evaluated it at the vertices.",
+    "{count} materials have colours from nodes that are not read: Cycles evaluated them at the vertices ({names}).",
+    "INFO",
+)
+_GUESSED = Kind(
+    "Material {name}: {why}; light takes on its viewport colour.",
+    "{count} materials have colours that cannot be evaluated: light takes on their viewport colours ({names}).",
+)
 
 
 class _NotFollowed(Exception):
@@ -51,92 +71,189 @@ class _NotFollowed(Exception):
         self.colour, self.shown = colour, shown
 
 
-def read_albedo(
-    ob: bpy.types.Object, mesh: bpy.types.Mesh, surface: Surface, matrix: npt.NDArray[np.float64]
-) -> SurfaceAlbedo:
-    """Albedo of an evaluated object's surface, material slot by material slot.
+@dataclass(frozen=True)
+class _Texture:
+    """A decoded picture, and the digest of it."""
 
-    Args:
-        mesh: of the object.
-        surface: of the mesh.
-        matrix: (4, 4) where it stands; an instance's object does not know.
+    texels: Float32
+    identity: bytes
+
+
+class AlbedoReader:
+    """Reads albedo of one state of the scene: each texture once, and as far as materials can be read.
+
+    The rest waits for Cycles, which cannot work while another render goes on: `AlbedoDraft.complete` asks it. Close the
+    reader after that.
     """
-    constant = np.empty((len(surface.triangles), 3), dtype=np.float32)
-    constant[:] = DEFAULT_COLOUR
-    patterns: list[AlbedoPattern] = []
-    unread: dict[int, _NotFollowed] = {}
-    slots = [slot.material for slot in ob.material_slots]
-    used = {int(index): slots[min(index, len(slots) - 1)] for index in np.unique(surface.material) if slots}
-    for index, material in used.items():
-        if material is None:
-            continue
-        triangles = np.flatnonzero(surface.material == index)
+
+    def __init__(self) -> None:
+        self._requests = ColourRequests()
+        self._textures: dict[str, _Texture] = {}
+
+    def __enter__(self) -> AlbedoReader:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._requests.close()
+
+    def read(
+        self, ob: bpy.types.Object, mesh: bpy.types.Mesh, surface: Surface, matrix: npt.NDArray[np.float64]
+    ) -> AlbedoDraft:
+        """Albedo of an evaluated object's surface, material slot by material slot.
+
+        Args:
+            mesh: of the object.
+            surface: of the mesh.
+            matrix: (4, 4) where it stands; an instance's object does not know.
+        """
+        draft = AlbedoDraft(np.empty((len(surface.triangles), 3), dtype=np.float32), surface)
+        draft.constant[:] = DEFAULT_COLOUR
+        for index, material in used_materials(ob, mesh, surface).items():
+            if material is not None:
+                self._read_slot(draft, index, material, mesh)
+        shown = {
+            index: Unread(reason.material, reason.colour)
+            for index, reason in draft.unread.items()
+            if reason.shown and not has_loop(reason.material.node_tree)
+        }
+        if shown:
+            draft.shown = set(shown)
+            draft.request = self._requests.add(ob, matrix, shown)
+        return draft
+
+    def _read_slot(self, draft: AlbedoDraft, index: int, material: bpy.types.Material, mesh: bpy.types.Mesh) -> None:
+        triangles = np.flatnonzero(draft.surface.material == index)
+        corners = draft.surface.corners[triangles]
         try:
-            found = _material_albedo(material, mesh, surface.corners[triangles], triangles)
+            found = self._material_albedo(material, mesh, corners, triangles, draft)
         except _NotFollowed as reason:
-            unread[index] = reason
+            draft.unread[index] = _Unfollowed(material, str(reason), reason.colour, reason.shown)
             found = tuple(material.diffuse_color[:3])
         if isinstance(found, tuple):
-            constant[triangles] = found
+            draft.constant[triangles] = found
         else:
-            patterns.append(found)
-    evaluated, warnings = _evaluate(ob, surface, matrix, used, unread)
-    return SurfaceAlbedo(constant, patterns + evaluated, warnings)
+            draft.patterns.append(found)
+
+    def _material_albedo(
+        self,
+        material: bpy.types.Material,
+        mesh: bpy.types.Mesh,
+        corners: npt.NDArray[np.int32],
+        triangles: npt.NDArray[np.int64],
+        draft: AlbedoDraft,
+    ) -> tuple[float, ...] | AlbedoPattern:
+        """One colour, or a pattern over the triangles."""
+        reading = read_material(material, "CYCLES")
+        colour = reading.colour
+        if colour is None and not reading.why_not:
+            return BLACK.rgb
+        if colour is None:
+            raise _NotFollowed(reading.why_not)
+        if isinstance(colour, Constant):
+            return colour.rgb
+        if not isinstance(colour, Source):
+            where = f"lies in group '{colour.group.name}'" if isinstance(colour, Inside) else "is mixed of several"
+            raise _NotFollowed(f"its colour {where}", colour)
+        source, node = colour.socket, colour.socket.node
+        if node.bl_idname == "ShaderNodeRGB":
+            return tuple(source.default_value[:3])
+        if (
+            node.bl_idname == "ShaderNodeTexImage"
+            and node.image
+            and node.projection == "FLAT"
+            and source.name == "Color"
+        ):
+            uv = _corner_values(mesh, _uv_map(node, mesh, colour), "vector", 2)[corners]
+            texture = self._texture(node.image, colour)
+            draft.textures.append(texture.identity)
+            return TexturePatch(triangles, uv, texture.texels, _interpolation(node), node.extension)
+        layer = _colour_layer(node, mesh) if source.name == "Color" else None
+        if layer:
+            return CornerColours(triangles, _corner_values(mesh, layer, "color", 4)[corners][..., :3])
+        why = f"its colour comes from '{node.label or node.name}'"
+        raise _NotFollowed(why, colour)
+
+    def _texture(self, image: bpy.types.Image, colour: Colour) -> _Texture:
+        """Decoded once, however many objects show it."""
+        known = self._textures.get(image.name_full)
+        if known is None:
+            texels = _texels(image, colour)
+            with np.errstate(over="ignore"):  # infinite is as white as 1
+                half = texels.astype(np.float16)  # the last bits of decoded texels differ between processors
+            known = self._textures[image.name_full] = _Texture(texels, digest(half))
+        return known
 
 
-def _evaluate(
-    ob: bpy.types.Object,
-    surface: Surface,
-    matrix: npt.NDArray[np.float64],
-    materials: dict[int, bpy.types.Material],
-    unread: dict[int, _NotFollowed],
-) -> tuple[list[AlbedoPattern], list[str]]:
-    """What Cycles makes of the slots that could not be read, and a sentence on each."""
-    shown = {
-        index: Unread(materials[index], reason.colour)
-        for index, reason in unread.items()
-        if reason.shown and not has_loop(materials[index].node_tree)
-    }
-    colours = corner_colours(ob, matrix, shown) if shown else None
-    patterns: list[AlbedoPattern] = []
-    warnings = []
-    for index, reason in unread.items():
-        name = materials[index].name
-        if colours is None or index not in shown:
-            warnings.append(f"Material '{name}': {reason}; light takes on its viewport colour.")
-            continue
-        triangles = np.flatnonzero(surface.material == index)
-        patterns.append(CornerColours(triangles, colours[surface.corners[triangles]]))
-        warnings.append(f"Material '{name}': {reason}; Cycles evaluated it at the vertices.")
-    return patterns, warnings
+@dataclass(frozen=True)
+class _Unfollowed:
+    """What could not be read of a material, and why."""
+
+    material: bpy.types.Material
+    why: str
+    colour: Colour | None
+    shown: bool
 
 
-def _material_albedo(
-    material: bpy.types.Material, mesh: bpy.types.Mesh, corners: npt.NDArray[np.int32], triangles: npt.NDArray[np.int64]
-) -> tuple[float, ...] | AlbedoPattern:
-    """One colour, or a pattern over the triangles."""
-    reading = read_material(material, "CYCLES")
-    colour = reading.colour
-    if colour is None and not reading.why_not:
-        return BLACK.rgb
-    if colour is None:
-        raise _NotFollowed(reading.why_not)
-    if isinstance(colour, Constant):
-        return colour.rgb
-    if not isinstance(colour, Source):
-        where = f"lies in group '{colour.group.name}'" if isinstance(colour, Inside) else "is mixed of several"
-        raise _NotFollowed(f"its colour {where}", colour)
-    source, node = colour.socket, colour.socket.node
-    if node.bl_idname == "ShaderNodeRGB":
-        return tuple(source.default_value[:3])
-    if node.bl_idname == "ShaderNodeTexImage" and node.image and node.projection == "FLAT" and source.name == "Color":
-        uv = _corner_values(mesh, _uv_map(node, mesh, colour), "vector", 2)[corners]
-        return TexturePatch(triangles, uv, _texels(node.image, colour), _interpolation(node), node.extension)
-    layer = _colour_layer(node, mesh) if source.name == "Color" else None
-    if layer:
-        return CornerColours(triangles, _corner_values(mesh, layer, "color", 4)[corners][..., :3])
-    why = f"its colour comes from '{node.label or node.name}'"
-    raise _NotFollowed(why, colour)
+@dataclass
+class AlbedoDraft:
+    """What was read of a surface's albedo, and what still waits for Cycles, by material slot.
+
+    textures: digests of the pictures of texture patches, in their order.
+    shown: the unread slots that Cycles is asked for.
+    """
+
+    constant: Float32
+    surface: Surface
+    patterns: list[AlbedoPattern] = field(default_factory=list)
+    textures: list[bytes] = field(default_factory=list)
+    unread: dict[int, _Unfollowed] = field(default_factory=dict)
+    shown: set[int] = field(default_factory=set)
+    request: ColourRequest | None = None
+
+    def complete(self) -> SurfaceAlbedo:
+        """Have Cycles evaluate the rest. To be called once nothing renders any more."""
+        colours = self.request.corner_colours() if self.request else None
+        notices = []
+        for index, one in self.unread.items():
+            evaluated = colours is not None and index in self.shown
+            notices.append(Notice(_EVALUATED if evaluated else _GUESSED, one.material.name, {"why": one.why}))
+            if colours is not None and evaluated:
+                triangles = np.flatnonzero(self.surface.material == index)
+                self.patterns.append(CornerColours(triangles, colours[self.surface.corners[triangles]]))
+        return SurfaceAlbedo(self.constant, self.patterns, notices, digest(*self._sources()))
+
+    def _sources(self) -> Iterator[bytes | npt.NDArray[Any]]:
+        """All that light takes on."""
+        textures = iter(self.textures)
+        yield self.constant
+        for pattern in self.patterns:
+            yield pattern.triangles
+            if isinstance(pattern, TexturePatch):
+                yield _either_way_round(pattern.uv)
+                yield f"{pattern.interpolation} {pattern.extension}".encode()
+                yield next(textures)
+            else:
+                yield _either_way_round(pattern.colours)
+
+
+def used_materials(
+    ob: bpy.types.Object, mesh: bpy.types.Mesh, surface: Surface
+) -> dict[int, bpy.types.Material | None]:
+    """The original material of each slot that an evaluated object's surface shows.
+
+    A node modifier may have set them: then they are the mesh's, and the object has no slot of its own for them.
+    """
+    slots = [slot.material for slot in ob.material_slots]
+    materials = slots + list(mesh.materials)[len(slots) :]
+    if not materials:
+        return {}
+    used = {int(index): materials[min(max(index, 0), len(materials) - 1)] for index in np.unique(surface.material)}
+    return {index: material and material.original for index, material in used.items()}
+
+
+def _either_way_round(corners: npt.NDArray[Any]) -> bytes:
+    """Digest of values at the three corners of triangles, which are read the other way round where mirrored."""
+    return min(digest(corners), digest(corners[:, ::-1]))
 
 
 def _texels(image: bpy.types.Image, colour: Colour) -> Float32:

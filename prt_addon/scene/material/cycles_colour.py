@@ -16,8 +16,7 @@ one thing are therefore evaluated once, unless a node of its materials may ask w
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import bpy
@@ -49,9 +48,6 @@ _ASK_FOR_PLACE = {
 }
 """Nodes whose value may be another for another instance."""
 
-_remembered: dict[object, Float32] | None = None
-"""Evaluations of the scene that is being read; None while none is, as pointers to its data are valid no longer."""
-
 
 @dataclass(frozen=True)
 class Unread:
@@ -61,38 +57,96 @@ class Unread:
     colour: Colour | None = None
 
 
-def corner_colours(
-    ob: bpy.types.Object, matrix: npt.NDArray[np.float64], slots: Mapping[int, Unread]
-) -> Float32 | None:
-    """(corners, 3) linear colours of an evaluated object's mesh under a (4, 4) matrix, on faces of some material slots.
+class ColourRequest:
+    """A mesh that waits for Cycles: a copy, as the object it was evaluated for may be gone by then."""
 
-    Args:
-        slots: which, and their materials; the colours of other faces mean nothing.
+    def __init__(self, ob: bpy.types.Object, matrix: npt.NDArray[np.float64], slots: Mapping[int, Unread]) -> None:
+        self._mesh = bpy.data.meshes.new_from_object(ob)
+        self._matrix, self._slots = matrix, slots
+        self._colour, self._pass_index = tuple(ob.color), ob.pass_index
+        self._answer: Float32 | None = None
+        self._asked = False
 
-    Returns:
-        None if Blender cannot bake now: Cycles is disabled, or the context forbids it.
-    """
-    if _remembered is None or not all(_same_everywhere(unread.material.node_tree) for unread in slots.values()):
-        return _evaluated(ob, matrix, slots)
-    wanted = tuple((index, unread.material.name_full, unread.colour is None) for index, unread in slots.items())
-    key = ob.data.as_pointer(), len(ob.data.loops), len(ob.data.polygons), wanted
-    if key not in _remembered:
-        colours = _evaluated(ob, matrix, slots)
-        if colours is None:
+    def corner_colours(self) -> Float32 | None:
+        """(corners, 3) linear colours on faces of the requested material slots; those of other faces mean nothing.
+
+        Returns:
+            None if Blender cannot bake now: Cycles is disabled, or the context forbids it.
+        """
+        if not self._asked:
+            self._asked, self._answer = True, self._evaluated()
+        return self._answer
+
+    def close(self) -> None:
+        """Remove the copy."""
+        bpy.data.meshes.remove(self._mesh)
+
+    def _evaluated(self) -> Float32 | None:
+        mesh, slots = self._mesh, self._slots
+        copies: list[bpy.types.Material] = []
+        try:
+            while len(mesh.materials) <= max(slots):
+                mesh.materials.append(None)
+            for index in range(len(mesh.materials)):
+                unread = slots.get(index)
+                if unread and unread.colour:
+                    copies.append(_matte_copy(unread.material, unread.colour))
+                    mesh.materials[index] = copies[-1]
+                else:
+                    mesh.materials[index] = unread.material if unread else None
+            whole = any(unread.colour is None for unread in slots.values())
+            with cycles_scene("PRT Colours") as scene, selected_alone(scene, mesh) as stand_in:
+                stand_in.matrix_world = self._matrix.T.tolist()  # bpy wants columns
+                stand_in.color, stand_in.pass_index = self._colour, self._pass_index
+                diffuse = _baked(mesh, "DIFFUSE")
+                glossy = _baked(mesh, "GLOSSY") if whole else np.zeros_like(diffuse)
+        except (RuntimeError, TypeError):  # the operator refuses; the engine is not registered
             return None
-        _remembered[key] = colours
-    return _remembered[key]
+        finally:
+            for copy in copies:
+                remove_parts(copy.node_tree)
+                bpy.data.materials.remove(copy)
+        opacity = diffuse[:, 3:]
+        opaque = np.where(opacity > 0.0, opacity, np.float32(1.0))
+        colour: Float32 = (diffuse[:, :3] + glossy[:, :3]) / opaque
+        return colour
 
 
-@contextmanager
-def remember_instances() -> Iterator[None]:
-    """While one state of the scene is read: evaluate what looks the same everywhere once, for all of its instances."""
-    global _remembered
-    _remembered = {}
-    try:
-        yield
-    finally:
-        _remembered = None
+class ColourRequests:
+    """All requests of one state of the scene. What looks the same everywhere is evaluated once, for all of its instances."""
+
+    def __init__(self) -> None:
+        self._requests: list[ColourRequest] = []
+        self._shared: dict[object, ColourRequest] = {}
+
+    def add(self, ob: bpy.types.Object, matrix: npt.NDArray[np.float64], slots: Mapping[int, Unread]) -> ColourRequest:
+        """For an evaluated object's mesh under a (4, 4) matrix.
+
+        Args:
+            slots: which material slots, and their materials.
+        """
+        key = self._key(ob, slots)
+        if key in self._shared:
+            return self._shared[key]
+        request = ColourRequest(ob, matrix, slots)
+        self._requests.append(request)
+        if key:
+            self._shared[key] = request
+        return request
+
+    def close(self) -> None:
+        """Remove all that they left in the file."""
+        for request in self._requests:
+            request.close()
+        self._requests.clear()
+        self._shared.clear()
+
+    def _key(self, ob: bpy.types.Object, slots: Mapping[int, Unread]) -> object:
+        """By what an instance is known again; None if a node may ask where it stands."""
+        if not all(_same_everywhere(unread.material.node_tree) for unread in slots.values()):
+            return None
+        wanted = tuple((index, unread.material.name_full, unread.colour is None) for index, unread in slots.items())
+        return ob.data.as_pointer(), len(ob.data.loops), len(ob.data.polygons), wanted
 
 
 def _same_everywhere(tree: bpy.types.NodeTree | None) -> bool:
@@ -107,38 +161,6 @@ def _same_everywhere(tree: bpy.types.NodeTree | None) -> bool:
         if node.bl_idname == "ShaderNodeGroup" and not _same_everywhere(node.node_tree):
             return False
     return True
-
-
-def _evaluated(ob: bpy.types.Object, matrix: npt.NDArray[np.float64], slots: Mapping[int, Unread]) -> Float32 | None:
-    mesh = bpy.data.meshes.new_from_object(ob)
-    copies: list[bpy.types.Material] = []
-    try:
-        while len(mesh.materials) <= max(slots):
-            mesh.materials.append(None)
-        for index in range(len(mesh.materials)):
-            unread = slots.get(index)
-            if unread and unread.colour:
-                copies.append(_matte_copy(unread.material.original, unread.colour))
-                mesh.materials[index] = copies[-1]
-            else:
-                mesh.materials[index] = unread.material.original if unread else None
-        whole = any(unread.colour is None for unread in slots.values())
-        with cycles_scene("PRT Colours") as scene, selected_alone(scene, mesh) as stand_in:
-            stand_in.matrix_world = matrix.T.tolist()  # bpy wants columns
-            stand_in.color, stand_in.pass_index = ob.color, ob.pass_index
-            diffuse = _baked(mesh, "DIFFUSE")
-            glossy = _baked(mesh, "GLOSSY") if whole else np.zeros_like(diffuse)
-    except (RuntimeError, TypeError):  # the operator refuses; the engine is not registered
-        return None
-    finally:
-        bpy.data.meshes.remove(mesh)
-        for copy in copies:
-            remove_parts(copy.node_tree)
-            bpy.data.materials.remove(copy)
-    opacity = diffuse[:, 3:]
-    opaque = np.where(opacity > 0.0, opacity, np.float32(1.0))
-    colour: Float32 = (diffuse[:, :3] + glossy[:, :3]) / opaque
-    return colour
 
 
 def _matte_copy(material: bpy.types.Material, colour: Colour) -> bpy.types.Material:

@@ -106,6 +106,16 @@ def read_material(material: bpy.types.Material, engine: Engine) -> MaterialReadi
         return MaterialReading(output, None, str(reason))
 
 
+def has_surface(material: bpy.types.Material) -> bool:
+    """Whether light stops at a material's faces: not if it is a volume and nothing else."""
+    output = own_output(material.node_tree, "CYCLES") if uses_nodes(material) and material.node_tree else None
+    if output is None:
+        return True
+    wiring = Wiring()
+    surface, volume = (wiring.source(output.inputs[name]) for name in ("Surface", "Volume"))
+    return surface is not None or volume is None
+
+
 def own_output(tree: bpy.types.NodeTree, engine: Engine) -> bpy.types.Node | None:
     """The person's own output that an engine shows: as `get_output_node`, which would find ours.
 

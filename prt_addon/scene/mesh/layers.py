@@ -9,12 +9,10 @@ import bpy
 import numpy as np
 import numpy.typing as npt
 
-from ...core.errors import MeshError
 from ...core.problem import BakeSettings
 from ...core.sphere import sh
-from ..blender.libraries import check_own
 from .meshes import Domain, layer_array
-from .record import RECORD, Evidence, check_version, write_record
+from .record import RECORD, Evidence, write_record
 
 LAYERS = tuple(f"_PRT_{i}" for i in range(sh.coefficient_count(sh.ORDER)))
 """The leading underscore lets glTF carry them."""
@@ -22,6 +20,9 @@ LAYERS = tuple(f"_PRT_{i}" for i in range(sh.coefficient_count(sh.ORDER)))
 BAKED_ALPHA = 0.0
 """Alpha of the layers. A mesh without the layer reads alpha 1 in a shader, which is how one material can serve
 baked and unbaked objects."""
+
+Transport = npt.NDArray[np.float32]
+"""(receivers, 9) or (receivers, 9, 3)."""
 
 Space = Literal["SCENE", "OBJECT"]
 SPACE_LAYER = LAYERS[1]
@@ -37,11 +38,12 @@ def is_baked(mesh: bpy.types.Mesh) -> bool:
 def write(
     mesh: bpy.types.Mesh,
     domain: Domain,
-    transport: npt.NDArray[np.float32],
+    transport: Transport,
     element_receiver: npt.NDArray[np.int64],
     settings: BakeSettings,
     space: Space = "SCENE",
     evidence: Evidence | None = None,
+    elements: tuple[int, int] | None = None,
 ) -> None:
     """Store transport as the mesh's nine layers, replacing earlier ones and leaving all other layers alone.
 
@@ -52,6 +54,7 @@ def write(
         settings: what the record keeps.
         space: whose axes the transport is in.
         evidence: what the bake depended on; without it nobody can tell later whether it still holds.
+        elements: vertices and face corners of the mesh that people edit, if that is another one.
     """
     colours = mesh.color_attributes
     active, rendered = colours.active_color_name, colours.default_color_name
@@ -65,7 +68,7 @@ def write(
         rgba[:, :3] = (coefficient if coefficient.ndim == 2 else coefficient[:, None])[element_receiver]
         mesh.attributes[name].data.foreach_set("color", rgba.reshape(-1))
     colours.active_color_name, colours.default_color_name = active, rendered
-    write_record(mesh, domain, settings, space, evidence)
+    write_record(mesh, domain, settings, space, evidence, elements or (len(mesh.vertices), len(mesh.loops)))
     mesh.update()
 
 
@@ -74,16 +77,14 @@ def read(mesh: bpy.types.Mesh) -> npt.NDArray[np.float32]:
     return np.stack([layer_array(mesh, name, "color", 4)[:, :3] for name in LAYERS], axis=1)
 
 
+def domain_of(mesh: bpy.types.Mesh) -> Domain:
+    """Where the layers of a baked mesh lie: on its points or its corners."""
+    return "POINT" if mesh.attributes[LAYERS[0]].domain == "POINT" else "CORNER"
+
+
 def space_of(mesh: bpy.types.Mesh) -> Space:
     """Whose axes the transport of a baked mesh is in."""
     return "OBJECT" if mesh.get(RECORD, {}).get("space") == "OBJECT" else "SCENE"
-
-
-def check_removable(ob: bpy.types.Object) -> None:
-    """Raises MeshError or VersionError if a mesh object carries transport that cannot be removed."""
-    if RECORD in ob.data or is_baked(ob.data):
-        check_own(ob.data, f"Mesh '{ob.data.name}' of '{ob.name}'", "remove", MeshError)
-        check_version(ob)
 
 
 def remove(mesh: bpy.types.Mesh) -> bool:

@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import bpy
@@ -29,12 +30,25 @@ class Surface:
     triangles: (T, 3) vertices, counter-clockwise from the front.
     corners: (T, 3) the mesh's face corners that these are.
     material: (T,) index of the material slot.
+    one_sided: (T,) whether light passes through the back.
     """
 
     vertices: Float64
     triangles: Int32
     corners: Int32
     material: Int32
+    one_sided: npt.NDArray[np.bool_]
+
+    def with_sides(self, one_sided: Iterable[int]) -> Surface:
+        """The same where light passes through the backs of some material slots."""
+        return replace(self, one_sided=np.isin(self.material, list(one_sided)))
+
+    def without(self, slots: Iterable[int]) -> Surface:
+        """The same without the triangles of some material slots."""
+        kept = ~np.isin(self.material, list(slots))
+        return Surface(
+            self.vertices, self.triangles[kept], self.corners[kept], self.material[kept], self.one_sided[kept]
+        )
 
 
 @dataclass(frozen=True)
@@ -115,14 +129,18 @@ def same_topology(one: bpy.types.Mesh, other: bpy.types.Mesh) -> bool:
 
 
 def read_surface(mesh: bpy.types.Mesh, matrix: Float64) -> Surface:
-    """Triangles of an evaluated mesh under a (4, 4) matrix; a mirroring matrix keeps fronts in front."""
+    """Triangles of an evaluated mesh under a (4, 4) matrix; a mirroring matrix keeps fronts in front.
+
+    All block light from both sides: see `Surface.with_sides`.
+    """
     order = slice(None, None, -1 if np.linalg.det(matrix[:3, :3]) < 0.0 else 1)
     corners = _triangle_corners(mesh)[:, order]
     return Surface(
         vertices=_transformed(_positions(mesh), matrix),
         triangles=corner_vertices(mesh)[corners],
         corners=corners,
-        material=_triangle_materials(mesh),
+        material=(material := _triangle_materials(mesh)),
+        one_sided=np.zeros(len(material), dtype=np.bool_),
     )
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass, fields
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, get_args
+from typing import Any, get_args
 
 import bpy
 import numpy as np
@@ -20,12 +20,8 @@ import numpy.typing as npt
 from ...core.digest import digest
 from ...core.problem import BakeSettings, Mode
 from ...core.sphere import sh
-from ...core.surface import TexturePatch
 from ..blender.versions import refuse_newer, version_of
 from .meshes import face_starts
-
-if TYPE_CHECKING:
-    from ..material.albedo import SurfaceAlbedo
 
 RECORD = "prt_bake"
 FORMAT_VERSION = 1
@@ -137,7 +133,7 @@ class BakeRecord:
     """A bake that a mesh carries.
 
     version: of its format; 0 if it is of unknown origin.
-    elements: vertices and face corners of the mesh then.
+    elements: vertices and face corners of the object's own mesh then.
     fingerprint: None if another version baked it, or another program.
     """
 
@@ -172,30 +168,54 @@ def same_transform(one: tuple[float, ...], other: tuple[float, ...]) -> bool:
     return all(abs(a - b) <= _ROUNDING * max(size, abs(a)) for a, b in zip(one, other, strict=True))
 
 
-def identity(mesh: bpy.types.Mesh, matrix: npt.ArrayLike, albedo: SurfaceAlbedo | None = None) -> Identity:
-    """Digests of an evaluated mesh under a matrix."""
+def identity(mesh: bpy.types.Mesh, matrix: npt.ArrayLike, sides: npt.NDArray[np.int8] | None = None) -> Identity:
+    """Digests of an evaluated mesh under a matrix, without colours.
+
+    Args:
+        sides: (triangles,) from how many sides each blocks light; from both if None.
+    """
+    faces = [] if sides is None else [sides]
     return Identity(
-        shape=digest(_layer(mesh, "position"), _layer(mesh, ".corner_vert"), face_starts(mesh)),
+        shape=digest(_layer(mesh, "position"), _layer(mesh, ".corner_vert"), face_starts(mesh), *faces),
         normals=digest(*_normal_sources(mesh)),
         placement=digest(np.asarray(matrix, dtype=np.float32) + np.float32(0.0)),  # -0 becomes 0
-        colours=digest(*_colour_sources(albedo)) if albedo else b"",
+        colours=b"",
     )
 
 
+def surface_identity(vertices: Array, triangles: Array) -> Identity:
+    """Digests of world-space triangles that have no mesh."""
+    return Identity(digest(vertices.astype(np.float32), triangles), b"", b"", b"")
+
+
 def write_record(
-    mesh: bpy.types.Mesh, domain: str, settings: BakeSettings, space: str, evidence: Evidence | None
+    mesh: bpy.types.Mesh,
+    domain: str,
+    settings: BakeSettings,
+    space: str,
+    evidence: Evidence | None,
+    elements: tuple[int, int],
 ) -> None:
-    """Note on a mesh how it was baked and, with evidence, what that depended on."""
+    """Note on a mesh how it was baked and, with evidence, what that depended on.
+
+    Args:
+        elements: vertices and face corners of the mesh that people edit.
+    """
     record = {"version": FORMAT_VERSION, "order": sh.ORDER, "domain": domain, "space": space, **asdict(settings)}
     if evidence:
-        record["elements"] = [len(mesh.vertices), len(mesh.loops)]
+        record["elements"] = list(elements)
         record[_FINGERPRINT] = asdict(evidence.fingerprint(settings.mode, space))
     mesh[RECORD] = record
 
 
-def check_version(ob: bpy.types.Object) -> None:
-    """Raises VersionError if a newer version baked an object: its transport is neither read, changed nor removed."""
-    refuse_newer(f"Object '{ob.name}' was baked", version_of(ob.data.get(RECORD)), FORMAT_VERSION)
+def is_newer(mesh: bpy.types.Mesh) -> bool:
+    """Whether a newer version baked onto a mesh: its transport is neither read, changed nor removed."""
+    return version_of(mesh.get(RECORD)) > FORMAT_VERSION
+
+
+def check_version(ob: bpy.types.Object, mesh: bpy.types.Mesh) -> None:
+    """Raises VersionError if a newer version baked an object, whose transport lies on a mesh."""
+    refuse_newer(f"Object '{ob.name}' was baked", version_of(mesh.get(RECORD)), FORMAT_VERSION)
 
 
 def read_record(mesh: bpy.types.Mesh) -> BakeRecord | None:
@@ -259,21 +279,3 @@ def _layer(mesh: bpy.types.Mesh, name: str) -> Array:
     values = np.empty(len(layer.data) * width, dtype=kind)
     layer.data.foreach_get(key, values)
     return values
-
-
-def _colour_sources(albedo: SurfaceAlbedo) -> Iterator[bytes | Array]:
-    yield albedo.constant
-    for pattern in albedo.patterns:
-        yield pattern.triangles
-        if isinstance(pattern, TexturePatch):
-            yield _either_way_round(pattern.uv)
-            yield f"{pattern.interpolation} {pattern.extension}".encode()
-            with np.errstate(over="ignore"):  # infinite is as white as 1
-                yield pattern.image.astype(np.float16)  # the last bits of decoded texels differ between processors
-        else:
-            yield _either_way_round(pattern.colours)
-
-
-def _either_way_round(corners: Array) -> bytes:
-    """Digest of values at the three corners of triangles, which are read the other way round where mirrored."""
-    return min(digest(corners), digest(corners[:, ::-1]))

@@ -13,14 +13,17 @@ import numpy as np
 import numpy.typing as npt
 
 from ...core.errors import LightError, MeshError
+from ...core.notices import Notice
 from ...core.problem import BakeProblem, BakeSettings
 from ...core.report.subject import Light, Scenery, Subject
 from ...core.sky.sampler import handy
-from ..bake import gather
+from ..bake import choose
+from ..bake.read import read_bake
 from ..blender.libraries import is_own
 from ..light import light
 from ..mesh import layers
-from ..mesh.meshes import ObjectReceivers, own_axes, read_surface
+from ..mesh.carrier import transport_mesh
+from ..mesh.meshes import ObjectReceivers, own_axes
 from ..mesh.record import BakeRecord, read_record
 from ..sky.projection import sky_picture
 from ..sky.sky import read_sky
@@ -31,11 +34,15 @@ LAST_REPORT = "prt_report"
 
 @dataclass(frozen=True)
 class Baked:
-    """One baked object: its full name, what is measured of it, and where its receivers show."""
+    """One baked object: its full name, what is measured of it, and where its receivers show.
+
+    carried: whether that is on a carrier.
+    """
 
     name: str
     subject: Subject
     receivers: ObjectReceivers
+    carried: bool
 
 
 def baked_objects(context: bpy.types.Context) -> list[bpy.types.Object]:
@@ -44,42 +51,40 @@ def baked_objects(context: bpy.types.Context) -> list[bpy.types.Object]:
     Raises:
         MeshError: if none is baked.
     """
-    objects = [ob for ob in gather.objects_to_bake(context) if layers.is_baked(ob.data)]
+    objects = [ob for ob in choose.objects_to_bake(context) if layers.is_baked(transport_mesh(ob))]
     if not objects:
         raise MeshError("None of these objects is baked: press Bake PRT (prt.bake), then report.")
     return objects
 
 
-def read_baked(context: bpy.types.Context, objects: Sequence[bpy.types.Object]) -> list[Baked]:
+def read_baked(context: bpy.types.Context, objects: Sequence[bpy.types.Object]) -> tuple[list[Baked], list[Notice]]:
     """What the stored transport of objects has to answer for. To be called in Object Mode.
+
+    Returns:
+        Those that can be read, and a notice on each of the others.
 
     Raises:
         MeshError: for an object that was changed since its bake so that the layers fit it no more.
     """
-    records = [_record(ob) for ob in objects]
-    bounces = any(record.settings.mode == "INTERREFLECTED" for record in records)
-    plan = gather.gather(context, objects, BakeSettings("INTERREFLECTED" if bounces else "SHADOWED"))
-    stored = {one.group: _per_receiver(ob, one.receivers) for ob, one in zip(objects, plan.objects, strict=True)}
+    records = {ob.name_full: _record(ob) for ob in objects}
+    bounces = any(record.settings.mode == "INTERREFLECTED" for record in records.values())
+    plan = read_bake(context, objects, BakeSettings("INTERREFLECTED" if bounces else "SHADOWED"))
+    stored = {one.group: _per_receiver(bpy.data.objects[one.name], one.receivers) for one in plan.objects}
     sceneries = _sceneries(plan.problem, stored)
-    depsgraph = context.evaluated_depsgraph_get()
     baked = []
-    for ob, record, one in zip(objects, records, plan.objects, strict=True):
-        moves = one.space == "OBJECT"
-        evaluated = ob.evaluated_get(depsgraph)
-        matrix = np.array(gather.own_axes_matrix(evaluated) if moves else evaluated.matrix_world)
-        surface = read_surface(evaluated.to_mesh(), matrix)
-        evaluated.to_mesh_clear()
+    for one in plan.objects:
+        surface = one.surface
         subject = Subject(
             one.receivers.group,
-            record.settings,
+            records[one.name].settings,
             stored[one.group],
             surface.vertices[surface.triangles],
             one.receivers.at_corners(surface),
             sceneries[one.group],
-            own_axes(evaluated.matrix_world) if moves else np.eye(3),
+            own_axes(one.evidence.matrix) if one.space == "OBJECT" else np.eye(3),
         )
-        baked.append(Baked(ob.name_full, subject, one.receivers))
-    return baked
+        baked.append(Baked(one.name, subject, one.receivers, one.carried is not None))
+    return baked, [notice for notice in plan.notices if notice.kind.level == "WARNING"]
 
 
 def _sceneries(problem: BakeProblem, stored: dict[int, npt.NDArray[np.float32]]) -> list[Scenery]:
@@ -136,7 +141,7 @@ def forget_all() -> None:
 
 
 def _record(ob: bpy.types.Object) -> BakeRecord:
-    record = read_record(ob.data)
+    record = read_record(transport_mesh(ob))
     if record is None or not record.settings.samples:
         raise MeshError(f"The transport of '{ob.name}' was not baked here: bake it, then report on it.")
     if record.space != ob.prt.space:
@@ -147,9 +152,9 @@ def _record(ob: bpy.types.Object) -> BakeRecord:
 
 def _per_receiver(ob: bpy.types.Object, receivers: ObjectReceivers) -> npt.NDArray[np.float32]:
     """(receivers, 9, 3) the stored transport."""
-    stored = layers.read(ob.data)
-    domain = ob.data.attributes[layers.LAYERS[0]].domain
-    if domain != receivers.domain or len(stored) != len(receivers.element_receiver):
+    mesh = transport_mesh(ob)
+    stored = layers.read(mesh)
+    if layers.domain_of(mesh) != receivers.domain or len(stored) != len(receivers.element_receiver):
         raise MeshError(f"The transport of '{ob.name}' does not fit its mesh as it is now: bake it again.")
     transport = np.zeros((len(receivers.group), *stored.shape[1:]), dtype=np.float32)
     transport[receivers.element_receiver] = stored

@@ -46,6 +46,21 @@ def is_newer(tree: bpy.types.NodeTree) -> bool:
     return _version(tree) > GROUP_VERSION
 
 
+def is_relit_by_newer(material: bpy.types.Material) -> bool:
+    """Whether a newer version relights a material."""
+    nodes = material.node_tree.nodes if material.node_tree else ()
+    return any(
+        node.bl_idname == "ShaderNodeGroup" and is_relight_group(node.node_tree) and is_newer(node.node_tree)
+        for node in nodes
+    )
+
+
+def remove_unused_group() -> None:
+    """Remove our node groups that no material uses any more."""
+    trees = [tree for tree in bpy.data.node_groups if is_relight_group(tree) and is_own(tree)]
+    bpy.data.batch_remove([tree for tree in trees if not tree.users])
+
+
 def check_version(material: bpy.types.Material) -> None:
     """Raises VersionError if a newer version relights a material."""
     for node in material.node_tree.nodes if material.node_tree else ():

@@ -12,88 +12,121 @@ from collections.abc import Iterable, Iterator
 import bpy
 
 from ...core.errors import MeshError
-from ..blender.libraries import check_own
+from ...core.notices import Kind, Notice
+from ..blender.libraries import check_own, is_own
 from ..blender.nodes import HAD_NO_NODES, feeding_socket, nodes_are_on, turn_nodes
 from ..material.colour_nodes import PART, connect, remove_parts, signature
-from ..material.reading import OURS, MaterialReading, own_output, read_material
+from ..material.reading import OURS, MaterialReading, has_surface, own_output, read_material
+from ..mesh.carrier import transport_mesh
 from ..mesh.layers import is_baked
-from .relight_group import check_version, is_newer, is_relight_group, relight_group
+from .relight_group import (
+    check_version,
+    is_newer,
+    is_relight_group,
+    is_relit_by_newer,
+    relight_group,
+    remove_unused_group,
+)
 
 OUTPUT = "PRT Output"
 MADE = "prt_made"
 """Custom property of a material that we made for an object that had none."""
-_ADD = "add the shading"
 _COLOUR = "prt_colour"
 """Custom property of our group node: the signature of the colour that it is fed with."""
 _SLOT_ADDED = "prt_slot_added"
 
 
+_FOREIGN = Kind(
+    "Material {name} is linked from a library, or overrides it, and is not relit: make it local to relight it.",
+    "{count} materials are linked from libraries, or override them, and are not relit: make them local to relight them: {names}.",
+)
+_NEWER = Kind(
+    "Material {name} is relit by a newer version of PRT Relight, and stays as it is: use a newer version of the extension here.",
+    "{count} materials are relit by a newer version of PRT Relight, and stay as they are: {names}.",
+)
+_LIGHTLESS = Kind(
+    "Material {name} reflects no light: EEVEE goes on showing it as it is.",
+    "{count} materials reflect no light: EEVEE goes on showing them as they are: {names}.",
+    "INFO",
+)
+_GREY = Kind(
+    "Material {name}: {why}; it is relit in grey.",
+    "{count} materials have surfaces that cannot be read, and are relit in grey: {names}.",
+)
+
+
 def materials_of(objects: Iterable[bpy.types.Object]) -> list[bpy.types.Material]:
-    """All materials in the objects' slots, each once, in order."""
-    return [material for material, _ in _first_users(objects)]
+    """All materials that objects show, each once, in order: those of their slots, and those that node modifiers set."""
+    return list(_first_users(objects))
 
 
-def check_materials(objects: Iterable[bpy.types.Object]) -> None:
-    """Raises MeshError for the first material, or mesh that lacks one, that cannot be changed; VersionError for the
-    first that a newer version relights.
-    """
-    objects = list(objects)
-    for ob in objects:
-        if not ob.material_slots or any(slot.material is None for slot in ob.material_slots):
-            check_own(ob.data, f"Mesh '{ob.data.name}' of '{ob.name}' needs a material, but", _ADD, MeshError)
-    for material, ob in _first_users(objects):
-        _check_material(material, ob, _ADD)
+def relit_materials(objects: Iterable[bpy.types.Object]) -> list[bpy.types.Material]:
+    """Those of them that this version relights."""
+    return [
+        material
+        for material in materials_of(objects)
+        if is_own(material) and any(our_nodes(material.node_tree)) and not is_relit_by_newer(material)
+    ]
 
 
 def check_relit_materials(objects: Iterable[bpy.types.Object]) -> None:
-    """The same for the first material that is relit, and cannot be restored."""
-    for material, ob in _first_users(objects):
+    """Raises MeshError or VersionError for the first material that is relit, and cannot be restored."""
+    for material, ob in _first_users(objects).items():
         if any(our_nodes(material.node_tree)):
-            _check_material(material, ob, "remove the shading")
+            check_own(material, f"Material '{material.name}' of '{ob.name}'", "remove the shading", MeshError)
+            check_version(material)
 
 
-def _first_users(objects: Iterable[bpy.types.Object]) -> list[tuple[bpy.types.Material, bpy.types.Object]]:
+def _first_users(objects: Iterable[bpy.types.Object]) -> dict[bpy.types.Material, bpy.types.Object]:
     """Each material of the objects once, and the first of them that has it."""
     found: dict[bpy.types.Material, bpy.types.Object] = {}
     for ob in objects:
-        for slot in ob.material_slots:
-            if slot.material:
-                found.setdefault(slot.material, ob)
-    return list(found.items())
+        for material in [slot.material for slot in ob.material_slots] + _set_by_nodes(ob):
+            if material:
+                found.setdefault(material, ob)
+    return found
 
 
-def _check_material(material: bpy.types.Material, ob: bpy.types.Object, then: str) -> None:
-    check_own(material, f"Material '{material.name}' of '{ob.name}'", then, MeshError)
-    check_version(material)
+def _set_by_nodes(ob: bpy.types.Object) -> list[bpy.types.Material]:
+    """The materials that node modifiers bring: no slot of the object knows them."""
+    if not any(modifier.type == "NODES" for modifier in ob.modifiers):
+        return []
+    evaluated = ob.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    return [material.original for material in getattr(evaluated.data, "materials", ()) if material]
 
 
-def add_shading(objects: Iterable[bpy.types.Object]) -> list[str]:
+def add_shading(objects: Iterable[bpy.types.Object]) -> list[Notice]:
     """Relight every material of the objects in EEVEE; objects or slots without a material get one.
 
     Returns:
-        Warnings, one sentence each.
+        A notice on each material that is not relit, or not as it looks.
     """
     objects = list(objects)
     for ob in objects:
-        _fill_empty_slots(ob)
-    warnings = []
+        if is_own(ob.data) and is_own(ob):
+            _fill_empty_slots(ob)
+    notices = []
     for material in materials_of(objects):
-        remove_from_material(material)
-        warnings.append(_add_to_material(material))
-    return list(filter(None, warnings))
+        if not is_own(material):
+            notices.append(Notice(_FOREIGN, material.name))
+        elif is_relit_by_newer(material):
+            notices.append(Notice(_NEWER, material.name))
+        else:
+            remove_from_material(material)
+            notices += _add_to_material(material)
+    return notices
 
 
-def remove_shading(objects: Iterable[bpy.types.Object]) -> bool:
-    """Restore the objects' materials, save those that other baked objects still show; True if any was ours."""
+def remove_shading(objects: Iterable[bpy.types.Object]) -> int:
+    """Restore the objects' materials, save those that other baked objects still show; how many of them were ours."""
     objects = list(objects)
-    rest = {ob for ob in bpy.data.objects if ob.type == "MESH" and ob not in objects and is_baked(ob.data)}
+    rest = [ob for ob in bpy.data.objects if ob.type == "MESH" and ob not in objects and is_baked(transport_mesh(ob))]
     still_used = set(materials_of(rest))
-    removed = False
-    for material in materials_of(objects):
-        if material not in still_used:
-            removed |= remove_from_material(material)
+    removed = sum(remove_from_material(material) for material in materials_of(objects) if material not in still_used)
     for ob in objects:
         _empty_made_slots(ob)
+    if removed:
+        remove_unused_group()
     return removed
 
 
@@ -161,11 +194,13 @@ def _feed_colour(tree: bpy.types.NodeTree, group: bpy.types.Node, reading: Mater
         node.location = (group.location.x - 220.0, group.location.y - 40.0 * row)
 
 
-def _add_to_material(material: bpy.types.Material) -> str:
-    """Add our nodes; returns a warning, or nothing."""
+def _add_to_material(material: bpy.types.Material) -> list[Notice]:
+    """Add our nodes; returns what there is to say about it."""
+    if not has_surface(material):
+        return []
     reading = read_material(material, "EEVEE")
     if reading.colour is None and not reading.why_not:
-        return f"Material '{material.name}' reflects no light: EEVEE goes on showing it as it is."
+        return [Notice(_LIGHTLESS, material.name)]
     if not nodes_are_on(material):
         material[HAD_NO_NODES] = True
         turn_nodes(material, True)
@@ -185,7 +220,7 @@ def _add_to_material(material: bpy.types.Material) -> str:
         node.select = False
     ours.is_active_output = True
     _feed_colour(tree, group, reading)
-    return f"Material '{material.name}': {reading.why_not}; it is relit in grey." if reading.why_not else ""
+    return [Notice(_GREY, material.name, {"why": reading.why_not})] if reading.why_not else []
 
 
 def _outputs(tree: bpy.types.NodeTree) -> list[bpy.types.Node]:
@@ -203,7 +238,7 @@ def _share_links(tree: bpy.types.NodeTree, output: bpy.types.Node, ours: bpy.typ
 
 
 def _fill_empty_slots(ob: bpy.types.Object) -> None:
-    if not ob.material_slots:
+    if not ob.material_slots and not _set_by_nodes(ob):
         ob.data.materials.append(_made_material())
         ob.data[_SLOT_ADDED] = True
     for slot in ob.material_slots:

@@ -206,15 +206,15 @@ def test_it_is_told_and_rays_are_not_counted():
     assert monitor.done == problem.work
     assert [number for number, _ in told] == [0, 1]
     share = np.mean(buried_of(groups, occluders)[0])
-    assert told[0][1].startswith(f"{share:.0%} of the receivers of 'mesh 0' lie inside other geometry")
+    assert told[0][1].sentence.startswith(f"{share:.0%} of the receivers of 'mesh 0' lie inside other geometry")
 
 
 def test_black_and_tiny_objects_are_told():
     groups, occluders = scene_of(flipped(shapes.icosphere(3)), moved(scaled(shapes.icosphere(2), *[1e-4] * 3), 4, 0, 0))
     (first, black), (second, tiny) = engine.bake(BakeProblem.of(groups, occluders, SETTINGS)).findings
     assert (first, second) == (0, 1)
-    assert "No light reaches 'mesh 0'" in black
-    assert "'mesh 1' is tiny beside the scene" in tiny
+    assert "No light reaches 'mesh 0'" in black.sentence
+    assert "'mesh 1' is tiny beside the scene" in tiny.sentence
 
 
 def test_usual_bakes_cast_no_more_rays(monkeypatch):

@@ -151,9 +151,36 @@ def test_scene_of_one_point():
 
 
 def test_nothing_to_cast_at():
-    """Curves and empties have no faces."""
-    with pytest.raises(MeshError, match="face"):
-        RayScene(np.zeros((3, 3)), np.zeros((0, 3), dtype=np.int32))
+    """What blocks nothing may still receive: all rays leave."""
+    scene = RayScene(np.zeros((3, 3)), np.zeros((0, 3), dtype=np.int32))
+    assert scene.visible(*rays((0, 0, 0), [(0, 0, 1), (1, 0, 0)])).all()
+    assert (scene.hits(*rays((0, 0, 0), [(0, 0, 1)])).triangle == -1).all()
+
+
+def test_light_passes_one_sided_backs():
+    """Through any number of them, up to what stands behind; from the front they block, and so do two-sided backs."""
+    layers = [(z, 1.0) for z in (1.0, 1.5, 1.5, 2.0)] + [(3.0, -1.0)]
+    corners = np.array([(-9, -9, 0), (9, -9, 0), (0, 9, 0)], dtype=np.float64)
+    vertices = np.concatenate([corners + np.array([0, 0, z]) for z, _ in layers])
+    triangles = np.arange(len(vertices), dtype=np.int32).reshape(-1, 3)
+    triangles[-1] = triangles[-1, ::-1]  # looks down
+    one_sided = np.array([True, True, True, True, False])
+
+    def hits(height, direction, count=5, sides=None):
+        scene = RayScene(vertices[: 3 * count], triangles[:count], one_sided=sides)
+        start = tuple(scene.normalised(np.array([0.0, 0.0, height])))
+        found, free = (
+            getattr(scene, query)(*rays(start, [direction, (0.1, 0.1, direction[2])])) for query in ("hits", "visible")
+        )
+        assert ((found.triangle < 0) == free).all() and len(set(found.triangle)) == 1
+        return found.triangle[0], bool(found.front[0])
+
+    up, down = (0, 0, 1), (0, 0, -1)
+    assert hits(0.0, up) == (0, False)
+    assert hits(0.0, up, sides=one_sided) == (4, True) and hits(2.5, down, sides=one_sided) == (3, True)
+    assert hits(0.0, up, 4, one_sided[:4])[0] == -1
+    one_sided[3] = False
+    assert hits(0.0, up, sides=one_sided) == (3, False)
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])

@@ -171,7 +171,7 @@ def ground(scene, stage):
 def extra_area(part, bpy, ground):
     """World-space area of all triangles beside the ground's."""
     bpy.context.view_layer.update()
-    plan = part("gather").gather(bpy.context, [ground])
+    plan = part("read").read_bake(bpy.context, [ground])
     a, b, c = (plan.scene.occluders.vertices[plan.scene.occluders.triangles[:, k]] for k in range(3))
     return np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2 - 1.0
 
@@ -251,12 +251,219 @@ def test_render_visibility_of_collections(blender, part, scene, ground, stage):
     assert extra_area(part, blender, ground) == pytest.approx(0.0, abs=1e-6)
 
 
-def test_what_only_renders_see_is_said(blender, part, scene, stage):
-    """Hidden in the viewport, shown in renders: Blender does not evaluate it here, and the person should know."""
-    floor = stage.object_of("Floor", stage.grid(1, 1.0))
-    roof = stage.object_of("Roof", stage.grid(1, 1.0), location=(0, 0, 1))
-    roof.hide_viewport = True
-    warnings = part("gather").gather(blender.context, [floor]).warnings
-    assert len(warnings) == 1 and "'Roof'" in warnings[0] and "unhide" in warnings[0]
+def shadow(part, blender, *objects):
+    """Mean shadowed T_0 of the objects, as a share of the open sky's."""
+    blender.context.view_layer.update()
+    problem = part("problem")
+    plan = part("read").read_bake(blender.context, list(objects), problem.BakeSettings("SHADOWED", 256))
+    transport = part("bake").bake(plan.problem).transport
+    first = np.concatenate([transport[one.group][:, 0] for one in plan.objects])
+    return float(first.mean() / 0.28209479)
+
+
+@pytest.fixture
+def floor(scene, stage):
+    """A floor at the origin that sees all of the sky."""
+    stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
+    return stage.object_of("Floor", stage.grid(4, 0.5))
+
+
+def roof_over(stage, name="Roof"):
+    return stage.object_of(name, stage.grid(1, 2.0), location=(0, 0, 0.5))
+
+
+def hidden_here(ob):
+    ob.hide_set(True)
+
+
+def disabled_here(ob):
+    ob.hide_viewport = True
+
+
+def made_by_a_modifier(ob):
+    """Half a roof, whose other half renders only."""
+    for vertex in ob.data.vertices:
+        vertex.co.x = max(vertex.co.x, 0.0)
+    mirror = ob.modifiers.new("Mirror", "MIRROR")
+    mirror.show_viewport = False
+
+
+def hidden_with_modifiers(ob):
+    made_by_a_modifier(ob)
+    ob.hide_viewport = True
+
+
+@pytest.mark.parametrize("change", [hidden_here, disabled_here, made_by_a_modifier, hidden_with_modifiers])
+def test_renders_count_and_not_the_viewport(blender, part, floor, stage, change):
+    """The same shadow as of a roof that the viewport shows, too; none once it does not render."""
+    roof = roof_over(stage)
+    whole = shadow(part, blender, floor)
+    assert whole < 0.3
+    change(roof)
+    assert shadow(part, blender, floor) == pytest.approx(whole, abs=0.01)
     roof.hide_render = True
-    assert not part("gather").gather(blender.context, [floor]).warnings
+    assert shadow(part, blender, floor) == pytest.approx(1.0, abs=1e-3)
+
+
+def test_levels_of_renders_are_baked(blender, part, floor, stage):
+    """Subdivision 0 here and 3 in renders: the values are those of the round thing."""
+    ob = stage.object_of("Ball", stage.cube(1.0), location=(0, 0, 3))
+    modifier = ob.modifiers.new("Subdivision", "SUBSURF")
+    modifier.levels, modifier.render_levels = 0, 3
+    [one] = part("read").read_bake(blender.context, [ob]).objects
+    assert one.carried.counts[0] == 386 and one.elements == (8, 24)
+
+
+def test_a_background_set_blocks_light(blender, part, scene, floor, stage):
+    roof = roof_over(stage)
+    whole = shadow(part, blender, floor)
+    backdrop = blender.data.scenes.new("Backdrop")
+    backdrop.collection.objects.link(roof)
+    scene.collection.objects.unlink(roof)
+    assert shadow(part, blender, floor) == pytest.approx(1.0, abs=1e-3)
+    scene.background_set = backdrop
+    assert shadow(part, blender, floor) == pytest.approx(whole)
+
+
+def test_emitters_that_are_not_shown_do_not_block(blender, part, floor, stage):
+    roof = roof_over(stage)
+    roof.modifiers.new("Particles", "PARTICLE_SYSTEM").particle_system.settings.type = "HAIR"
+    assert shadow(part, blender, floor) < 0.3
+    roof.show_instancer_for_render = False
+    assert shadow(part, blender, floor) == pytest.approx(1.0, abs=1e-3)
+
+
+def test_rays_that_do_not_see_it(blender, part, floor, stage):
+    """Hidden from diffuse or shadow rays it blocks nothing; hidden from all others, or a holdout, it does."""
+    roof = roof_over(stage)
+    whole = shadow(part, blender, floor)
+    for name in ("visible_diffuse", "visible_shadow"):
+        setattr(roof, name, False)
+        assert shadow(part, blender, floor) == pytest.approx(1.0, abs=1e-3), name
+        setattr(roof, name, True)
+    for name in ("visible_camera", "visible_glossy", "visible_transmission", "visible_volume_scatter"):
+        setattr(roof, name, False)
+    roof.is_holdout = True
+    assert shadow(part, blender, floor) == pytest.approx(whole)
+
+
+def test_what_casts_no_shadow_still_receives(blender, part, floor, stage):
+    """Alone, or beside others that it does not shade."""
+    floor.visible_shadow = False
+    assert shadow(part, blender, floor) == pytest.approx(1.0, abs=1e-3)
+    roof = roof_over(stage)
+    roof.visible_shadow = False
+    assert shadow(part, blender, floor, roof) == pytest.approx(1.0, abs=1e-3)
+
+
+def volume(nodes, links):
+    scatter, output = nodes.new("ShaderNodeVolumeScatter"), nodes.new("ShaderNodeOutputMaterial")
+    links.new(scatter.outputs[0], output.inputs["Volume"])
+
+
+def test_fog_is_no_surface(blender, part, scene, floor, stage):
+    """It blocks no light, and its material is left alone."""
+    material = stage.diffuse("Fog")
+    material.node_tree.nodes.clear()
+    volume(material.node_tree.nodes, material.node_tree.links)
+    fog = stage.object_of("Fog", stage.cube(), material)
+    assert shadow(part, blender, floor) == pytest.approx(1.0, abs=1e-3)
+    fog.select_set(True)
+    floor.select_set(True)
+    blender.ops.prt.bake(mode="SHADOWED", samples=16)
+    assert not list(part("shading").our_nodes(material.node_tree))
+
+
+def test_outlines_do_not_blacken_what_they_enclose(blender, part, floor, stage):
+    """A turned-over hull whose back faces are culled lets light in; from outside it blocks."""
+    hull = stage.cube(1.5)
+    hull.flip_normals()
+    material = stage.diffuse("Outline")
+    outline = stage.object_of("Outline", hull, material)
+    assert shadow(part, blender, floor) < 0.01
+    material.use_backface_culling = True
+    outline.data.flip_normals()
+    assert shadow(part, blender, floor) == pytest.approx(1.0, abs=1e-3)
+    outline.data.flip_normals()
+    assert shadow(part, blender, floor) < 0.01, "rays from within meet the fronts of a turned-over hull"
+
+
+def strands_of(bpy, count, radius):
+    """Upright hair over the floor."""
+    curves = bpy.data.hair_curves.new("Grass")
+    curves.add_curves([3] * count * count)
+    points = np.random.default_rng(0).uniform(-1.0, 1.0, (count * count, 1, 2))
+    heights = np.broadcast_to(np.array([0.02, 0.15, 0.3])[None, :, None], (len(points), 3, 1))
+    position = np.concatenate([np.broadcast_to(points, (len(points), 3, 2)), heights], axis=-1)
+    curves.attributes["position"].data.foreach_set("vector", position.astype(np.float32).ravel())
+    curves.attributes.new("radius", "FLOAT", "POINT")
+    curves.attributes["radius"].data.foreach_set("value", np.full(3 * len(points), radius, dtype=np.float32))
+    ob = bpy.data.objects.new("Grass", curves)
+    bpy.context.scene.collection.objects.link(ob)
+    return ob
+
+
+def test_hair_blocks_light_as_in_cycles(blender, scene, floor, stage, tmp_path):
+    """The floor under grass, against Cycles."""
+    floor.data = stage.grid(40, 0.5)
+    strands_of(blender, 30, 0.01)
+    floor.data.materials.append(stage.diffuse("White", (0.8, 0.8, 0.8)))
+    floor.select_set(True)
+    blender.ops.prt.bake(mode="SHADOWED", samples=256)
+    camera = stage.top_camera(1.0, 32)
+    camera.location.z = 0.2
+    scene.cycles_curves.shape = "THICK"
+    scene.cycles.max_bounces = scene.cycles.diffuse_bounces = 0
+    for ob in scene.objects:
+        ob.visible_camera = ob == floor
+    truth = stage.render(tmp_path / "truth.exr", "CYCLES", 128)[..., :3].mean()
+    blender.data.objects["Grass"].hide_render = True
+    here = stage.render(tmp_path / "here.exr")[..., :3].mean()
+    assert here == pytest.approx(truth, rel=0.06)
+
+
+def test_points_block_light(blender, part, floor, stage):
+    """A cloud of balls over the floor, as many and as large as its vertices say."""
+    tree = blender.data.node_groups.new("Points", "GeometryNodeTree")
+    tree.interface.new_socket("Geometry", in_out="INPUT", socket_type="NodeSocketGeometry")
+    tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
+    entry, leave = tree.nodes.new("NodeGroupInput"), tree.nodes.new("NodeGroupOutput")
+    points = tree.nodes.new("GeometryNodeMeshToPoints")
+    points.inputs["Radius"].default_value = 0.3
+    tree.links.new(entry.outputs[0], points.inputs[0])
+    tree.links.new(points.outputs[0], leave.inputs[0])
+    cloud = stage.object_of("Cloud", stage.grid(8, 2.0), location=(0, 0, 0.5))
+    cloud.modifiers.new("Points", "NODES").node_group = tree
+    assert 0.02 < shadow(part, blender, floor) < 0.3
+
+
+def test_materials_that_nodes_set(blender, part, scene, stage):
+    """They colour what bounces, they are relit, and restored."""
+    stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
+    tree = blender.data.node_groups.new("Paint", "GeometryNodeTree")
+    tree.interface.new_socket("Geometry", in_out="INPUT", socket_type="NodeSocketGeometry")
+    tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
+    entry, leave = tree.nodes.new("NodeGroupInput"), tree.nodes.new("NodeGroupOutput")
+    paint = tree.nodes.new("GeometryNodeSetMaterial")
+    paint.inputs["Material"].default_value = red = stage.diffuse("Red", (0.9, 0.0, 0.0))
+    tree.links.new(entry.outputs[0], paint.inputs[0])
+    tree.links.new(paint.outputs[0], leave.inputs[0])
+    ob = stage.object_of("Painted", stage.cube(), stage.diffuse("Grey", (0.5, 0.5, 0.5)))
+    ob.modifiers.new("Paint", "NODES").node_group = tree
+    plan = part("read").read_bake(blender.context, [ob], part("problem").BakeSettings("INTERREFLECTED"))
+    np.testing.assert_allclose(plan.scene.occluders.albedo.constant, [[0.9, 0.0, 0.0]] * 12, rtol=1e-6)
+    assert blender.ops.prt.bake(samples=16) == {"FINISHED"}
+    assert list(part("shading").our_nodes(red.node_tree))
+    blender.ops.prt.remove()
+    assert not list(part("shading").our_nodes(red.node_tree))
+
+
+def test_instances_are_named(blender, part, floor, stage):
+    """They are in no layer of their own: how many, and what to do; none where their source is baked for itself."""
+    collection_instances(blender, stage)
+    [notice] = part("read").read_bake(blender.context, [floor]).notices
+    assert notice.sentence.startswith("'Instancer' shows 1 instances: they block light")
+    square = blender.data.objects["Square"]
+    blender.context.scene.collection.objects.link(square)
+    square.prt.space = "OBJECT"
+    assert not part("read").read_bake(blender.context, [floor, square]).notices

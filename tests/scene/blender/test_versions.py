@@ -52,7 +52,7 @@ def test_newer_bake_is_refused(blender, part, stage, ball, tmp_path):
         lambda: blender.ops.prt.export_games202(directory=str(tmp_path)),
         lambda: blender.ops.prt.import_games202(directory=str(tmp_path)),
     ):
-        with pytest.raises(RuntimeError, match=r"Object 'Ball' was baked by a newer version .* use a newer version"):
+        with pytest.raises(RuntimeError, match=r"'Ball' was baked by a newer version .* use a newer version"):
             call()
     assert blender.ops.prt.check() == {"FINISHED"}
     assert everything(blender, stage) == before
@@ -100,13 +100,16 @@ def test_light_of_unknown_origin_is_projected_again(blender, part, scene, ball):
     assert len(scene.world.animation_data.drivers) == drivers
 
 
-def test_newer_group_is_refused(blender, part, stage, ball):
+def test_newer_group_is_left_alone(blender, part, stage, ball, capfd):
     """Neither shading nor what it is part of is added or removed; other materials get a group of our version."""
     (group,) = blender.data.node_groups
     group["prt_version"] = 99
+    nodes = stage.node_snapshot(ball.data.materials[0].node_tree)
+    assert blender.ops.prt.bake() == {"FINISHED"}
+    assert "Material 'Clay' is relit by a newer version" in capfd.readouterr().out
+    assert stage.node_snapshot(ball.data.materials[0].node_tree) == nodes
     before = everything(blender, stage)
     for call in (
-        blender.ops.prt.bake,
         blender.ops.prt.add_shading,
         blender.ops.prt.remove_shading,
         blender.ops.prt.remove,

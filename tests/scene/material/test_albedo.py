@@ -5,8 +5,12 @@ import numpy as np
 import pytest
 
 
+def sentences(plan):
+    return [notice.sentence for notice in plan.notices]
+
+
 def plan_albedo(part, bpy, ob):
-    plan = part("gather").gather(bpy.context, [ob], part("problem").BakeSettings("INTERREFLECTED"))
+    plan = part("read").read_bake(bpy.context, [ob], part("problem").BakeSettings("INTERREFLECTED"))
     return plan.scene.occluders.albedo, plan
 
 
@@ -129,7 +133,7 @@ def test_cycles_evaluates_what_is_not_read(blender, part, scene, stage):
     here = position[:, :, 0].mean(axis=1) > 0
     np.testing.assert_allclose(at_corner_1[here], np.clip(position[here, 1], 0, 1), atol=1e-3)
     np.testing.assert_allclose(at_corner_1[~here], np.tile([[0.1, 0.2, 0.3]], (np.sum(~here), 1)), rtol=1e-6)
-    assert plan.warnings == [
+    assert sentences(plan) == [
         "Material 'Special': its colour comes from 'Texture Coordinate'; Cycles evaluated it at the vertices."
     ]
 
@@ -146,7 +150,7 @@ def test_evaluation_leaves_no_trace(blender, part, scene, stage):
     one.select_set(True)
     before = whereabouts(blender)
     _, plan = plan_albedo(part, blender, one)
-    assert len(plan.warnings) == 2 and all("Cycles evaluated it" in said for said in plan.warnings)
+    assert len(plan.notices) == 2 and all("Cycles evaluated it" in said for said in sentences(plan))
     assert whereabouts(blender) == before
 
 
@@ -199,12 +203,14 @@ def test_unread_colours_of_instances(blender, part, scene, stage, monkeypatch, k
         empty.location, empty.instance_type, empty.instance_collection = (x, 0, 0), "COLLECTION", holder
         scene.collection.objects.link(empty)
     ground = stage.object_of("Ground", stage.grid(1), location=(0, 0, -1))
-    module, evaluated = part("cycles_colour"), []
+    module, evaluated, counted = part("cycles_colour"), [], part("notices").counted
     bake = module._baked
     monkeypatch.setattr(module, "_baked", lambda *args: evaluated.append(args[1]) or bake(*args))
     albedo, plan = plan_albedo(part, blender, ground)
     assert evaluated == ["DIFFUSE"] * evaluations
-    assert len(plan.warnings) == 1, "each material is named once"
+    assert [one.names for one in counted(plan.notices) if "Cycles evaluated it" in one.sentence] == [("Placed",)], (
+        "once"
+    )
     count = len(plan.scene.occluders.triangles)
     colours = albedo.at(np.arange(count), *np.full((2, count), 1 / 3, dtype=np.float32))
     if kind == "ShaderNodeNewGeometry":
@@ -228,7 +234,7 @@ def test_without_cycles_the_viewport_colour_stands_in(blender, part, scene, stag
     monkeypatch.setattr(part("cycles_colour"), "_baked", refuses)
     albedo, plan = plan_albedo(part, blender, ob)
     np.testing.assert_allclose(albedo.constant[0], (0.2, 0.4, 0.6), rtol=1e-6)
-    assert plan.warnings == [
+    assert sentences(plan) == [
         "Material 'Noisy': its colour comes from 'Noise Texture'; light takes on its viewport colour."
     ]
     assert whereabouts(blender) == before
@@ -245,7 +251,7 @@ def test_missing_image_is_not_pink(blender, part, scene, stage):
     lower_left_red(ob)
     albedo, plan = plan_albedo(part, blender, ob)
     np.testing.assert_allclose(albedo.at(np.array([0]), *middle()), [[0.2, 0.4, 0.6]], rtol=1e-6)
-    assert "'Lost' cannot be read" in plan.warnings[0] and "viewport colour" in plan.warnings[0]
+    assert "'Lost' cannot be read" in sentences(plan)[0] and "viewport colour" in sentences(plan)[0]
 
 
 def test_light_takes_on_the_colour_it_bounced_off(blender, part, scene, stage):

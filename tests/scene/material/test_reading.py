@@ -20,7 +20,7 @@ def both(blender, part, scene, stage, tmp_path):
         shown = stage.render(tmp_path / "frame.exr")[resolution // 2, resolution // 2, :3]
         blender.ops.prt.remove()
         settings = part("problem").BakeSettings("INTERREFLECTED")
-        albedo = part("gather").gather(blender.context, [ob], settings).scene.occluders.albedo
+        albedo = part("read").read_bake(blender.context, [ob], settings).scene.occluders.albedo
         middle = albedo.at(np.array([0]), *np.full((2, 1), 1 / 3, dtype=np.float32))[0]
         return shown, middle
 
@@ -214,8 +214,8 @@ def test_what_reflects_nothing_is_left_alone(blender, part, scene, stage):
         return nodes.new("ShaderNodeEmission").outputs[0]
 
     ob = stage.object_of("Lamp", stage.cube(), material_of(blender, lamp))
-    [warning] = part("shading").add_shading([ob])
-    assert "'Made' reflects no light" in warning
+    [notice] = part("shading").add_shading([ob])
+    assert "'Made' reflects no light" in notice.sentence
     assert not list(part("shading").our_nodes(ob.data.materials[0].node_tree))
 
 

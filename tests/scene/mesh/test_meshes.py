@@ -6,7 +6,7 @@ import pytest
 
 
 def receivers(part, bpy, ob):
-    plan = part("gather").gather(bpy.context, [ob])
+    plan = part("read").read_bake(bpy.context, [ob])
     return plan.objects[0].receivers
 
 
@@ -34,7 +34,7 @@ def test_normals_under_odd_scales_point_outwards(blender, part, scene, stage, sc
     ob = stage.object_of("Ball", stage.icosphere(4))
     ob.scale = scale
     blender.context.view_layer.update()
-    plan = part("gather").gather(blender.context, [ob])
+    plan = part("read").read_bake(blender.context, [ob])
     points, normals = plan.objects[0].receivers.group.points, plan.objects[0].receivers.group.normals
     gradient = points / np.square(scale)
     gradient /= np.linalg.norm(gradient, axis=1, keepdims=True)

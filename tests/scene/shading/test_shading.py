@@ -115,8 +115,8 @@ def test_material_without_nodes_keeps_its_colour_and_gets_them_off_again(blender
     group = next(part("shading").our_nodes(material.node_tree))
     assert tuple(group.inputs["Base Color"].default_value) == tuple(material.diffuse_color)
     albedo = (
-        part("gather")
-        .gather(blender.context, [ob], part("problem").BakeSettings("INTERREFLECTED"))
+        part("read")
+        .read_bake(blender.context, [ob], part("problem").BakeSettings("INTERREFLECTED"))
         .scene.occluders.albedo
     )
     assert tuple(albedo.constant[0]) == tuple(material.diffuse_color)[:3]

@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which objects a bake is for: the selected meshes, or all that renders. What cannot be baked is left out, and named."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+import bpy
+
+from ...core.errors import MeshError
+from ...core.notices import Kind, Notice, counted
+from ..blender.libraries import is_own
+from ..mesh.carrier import is_carrier, transport_mesh
+from ..mesh.record import is_newer
+from ..shading.probe import is_probe
+
+_LINKED = Kind(
+    "{name} is linked from a library, or overrides it: make it and its mesh local (Object > Relations > Make Local) to bake it.",
+    "{count} objects are linked from libraries, or override them: make them and their meshes local (Object > Relations > "
+    "Make Local) to bake them: {names}.",
+    fix="object.make_local",
+)
+_NEWER = Kind(
+    "{name} was baked by a newer version of PRT Relight, and is left as it is: use a newer version of the extension here.",
+    "{count} objects were baked by a newer version of PRT Relight, and are left as they are: {names}.",
+)
+_NO_MESH = Kind(
+    "{name} is no mesh: it blocks light but is not relit. Convert it (Object > Convert > Mesh) to bake it.",
+    "{count} objects are no meshes: they block light but are not relit. Convert them (Object > Convert > Mesh) to bake "
+    "them: {names}.",
+    "INFO",
+)
+_INSTANCES = Kind(
+    "{name} shows {number} instances: they block light and bounce it, but are not relit. Make them real (Object > Apply > Make "
+    "Instances Real), or bake their source for 'Object'.",
+    "{count} objects show instances: they block light and bounce it, but are not relit. Make them real (Object > Apply > "
+    "Make Instances Real), or bake their sources for 'Object': {names}.",
+    "INFO",
+)
+SOLID_TYPES = {"CURVE", "SURFACE", "FONT", "META", "CURVES", "POINTCLOUD"}
+
+
+def is_subject(ob: bpy.types.Object) -> bool:
+    """Whether an object is a mesh that may be baked: light probes and carriers are none."""
+    return ob.type == "MESH" and not is_probe(ob.data) and not is_carrier(ob)
+
+
+def selected_meshes(context: bpy.types.Context) -> list[bpy.types.Object]:
+    """The selected objects that are meshes."""
+    return [ob for ob in context.selected_objects if ob.type == "MESH"]
+
+
+def chosen_meshes(context: bpy.types.Context) -> list[bpy.types.Object]:
+    """The selected meshes that may be baked. Cheap enough to be drawn."""
+    return list(filter(is_subject, context.selected_objects))
+
+
+def renderable_objects(view_layer: bpy.types.ViewLayer) -> set[bpy.types.Object]:
+    """The objects of a view layer that its renders show."""
+    found: set[bpy.types.Object] = set()
+    pending = [view_layer.layer_collection]
+    while pending:
+        layer = pending.pop()
+        if layer.exclude or layer.collection.hide_render:
+            continue
+        found.update(ob for ob in layer.collection.objects if not ob.hide_render)
+        pending.extend(layer.children)
+    return found
+
+
+def objects_to_bake(context: bpy.types.Context) -> list[bpy.types.Object]:
+    """The chosen meshes, or all that renders show if nothing is selected; sorted by name.
+
+    Raises:
+        MeshError: if there is none.
+    """
+    chosen, selected = chosen_meshes(context), list(context.selected_objects)
+    if not chosen and any(not is_carrier(ob) for ob in selected) and not all(is_probe(ob.data) for ob in selected):
+        raise MeshError(
+            "None of the selected objects is a mesh: select meshes, or deselect all to take all that renders show."
+        )
+    if not chosen:
+        shown = renderable_objects(context.view_layer)
+        chosen = [ob for ob in shown if is_subject(ob) and (ob.data.polygons or ob.modifiers)]
+    if not chosen:
+        raise nothing(context, no_meshes(context))
+    return sorted(chosen, key=lambda ob: ob.name_full)
+
+
+def nothing(context: bpy.types.Context, notices: Iterable[Notice], done: str = "baked") -> MeshError:
+    """The error that says why nothing is left to bake."""
+    found = counted(notices)
+    if not found:
+        return MeshError(
+            f"Scene '{context.scene.name}' has no mesh to bake: select one, or make one visible to render."
+        )
+    return MeshError(f"Nothing can be {done}: " + " ".join(one.sentence for one in found))
+
+
+def sorted_out(objects: Iterable[bpy.types.Object]) -> tuple[list[bpy.types.Object], list[Notice]]:
+    """Those of some objects that a bake can be written to, and a notice on each of the others."""
+    kept, notices = [], []
+    for ob in objects:
+        if not is_own(ob) or not is_own(ob.data):
+            notices.append(Notice(_LINKED, ob.name))
+        elif is_newer(transport_mesh(ob)):
+            notices.append(Notice(_NEWER, ob.name))
+        else:
+            kept.append(ob)
+    return kept, notices
+
+
+def check_writable(ob: bpy.types.Object) -> None:
+    """Raises MeshError if transport cannot be written to an object."""
+    _, notices = sorted_out([ob])
+    for notice in notices:
+        raise MeshError(notice.sentence)
+
+
+def no_meshes(context: bpy.types.Context) -> list[Notice]:
+    """A notice on each chosen object that has a surface but is no mesh: all that render, if nothing is selected."""
+    chosen = list(context.selected_objects) or renderable_objects(context.view_layer)
+    found = [ob.name for ob in chosen if ob.type in SOLID_TYPES]
+    return [Notice(_NO_MESH, name) for name in sorted(found)]
+
+
+def instances(numbers: Mapping[bpy.types.Object, int]) -> list[Notice]:
+    """A notice on each object that shows instances, by their number."""
+    return [
+        Notice(_INSTANCES, ob.name, {"number": f"{number:,}"})
+        for ob, number in sorted(numbers.items(), key=lambda one: one[0].name)
+    ]

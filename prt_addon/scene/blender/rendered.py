@@ -1,0 +1,159 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The scene as its renders show it: modifiers at render level, what the viewport hides, instances, background sets.
+
+Blender hands that state of a scene to render engines only. So a render engine of ours is asked for a frame of 4 x 4 pixels,
+and reads instead of drawing: milliseconds, and the same on every machine. Engine, resolution, camera, handlers, the last
+picture and values that nobody has keyed yet are afterwards what they were.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from typing import Any, ClassVar, TypeVar
+
+import bpy
+
+from ...core.errors import RenderError
+from .unkeyed import unkeyed_values
+
+Result = TypeVar("Result")
+
+_ENGINE = "PRT_READER"
+_PICTURE = "Render Result"
+_SLOT = "PRT"
+_SETTINGS: dict[str, object] = {
+    "engine": _ENGINE,
+    "resolution_x": 4,
+    "resolution_y": 4,
+    "resolution_percentage": 100,
+    "use_border": False,
+    "use_compositing": False,
+    "use_sequencer": False,
+    "use_multiview": False,
+    "use_freestyle": False,
+}
+_SILENT = ("frame_change_pre", "frame_change_post")
+"""Handlers beside those of renders: they have done their work for this frame already."""
+
+
+class _Reader(bpy.types.RenderEngine):
+    """Reads and draws nothing. Registered while it reads, so that no menu shows it."""
+
+    bl_idname = _ENGINE
+    bl_label = "PRT Reader"
+
+    read: ClassVar[Callable[[bpy.types.Depsgraph], Any]]
+    found: ClassVar[list[Any]] = []
+    failed: ClassVar[BaseException | None] = None
+
+    def render(self, depsgraph: bpy.types.Depsgraph) -> None:
+        try:
+            _Reader.found.append(_Reader.read(depsgraph))
+        except BaseException as error:  # Blender would print it, and go on
+            _Reader.failed = error
+
+
+def as_rendered(context: bpy.types.Context, read: Callable[[bpy.types.Depsgraph], Result]) -> Result:
+    """What a function finds in the scene and view layer of a context as renders see them.
+
+    Args:
+        read: gets the dependency graph, which is gone when it returns. It may add data-blocks, but must call no operator.
+
+    Raises:
+        RenderError: if Blender renders already.
+        Exception: whatever `read` raises.
+    """
+    if bpy.app.is_job_running("RENDER"):
+        raise RenderError("A render is running, and Blender runs one at a time: wait for it, then try again.")
+    scene, layer = context.scene, context.view_layer
+    _Reader.read, _Reader.found, _Reader.failed = staticmethod(read), [], None
+    with ExitStack() as kept:
+        for keep in (_handlers_silenced(), _picture_kept(), unkeyed_values(context), _registered()):
+            kept.enter_context(keep)
+        kept.enter_context(_with(scene.render, _SETTINGS))
+        kept.enter_context(_with(layer, {"use": True}))
+        kept.enter_context(_camera(scene))
+        bpy.ops.render.render("EXEC_DEFAULT", scene=scene.name, layer=layer.name)
+    if _Reader.failed:
+        raise _Reader.failed
+    if not _Reader.found:
+        raise RenderError(f"Blender could not evaluate scene '{scene.name}' for rendering: render it once to see why.")
+    found: Result = _Reader.found.pop()
+    return found
+
+
+@contextmanager
+def _registered() -> Iterator[None]:
+    bpy.utils.register_class(_Reader)
+    try:
+        yield
+    finally:
+        bpy.utils.unregister_class(_Reader)
+
+
+@contextmanager
+def _with(owner: bpy.types.bpy_struct, settings: dict[str, object]) -> Iterator[None]:
+    """Other settings inside. What is set already is not set again: that would count as an edit."""
+    before = {name: getattr(owner, name) for name in settings}
+    changed = {name: value for name, value in settings.items() if before[name] != value}
+    for name, value in changed.items():
+        setattr(owner, name, value)
+    try:
+        yield
+    finally:
+        for name in reversed(changed):
+            setattr(owner, name, before[name])
+
+
+@contextmanager
+def _camera(scene: bpy.types.Scene) -> Iterator[None]:
+    """A scene without a camera gets one meanwhile. Markers may switch cameras on each frame: that is undone, too."""
+    before, data = scene.camera, None
+    if before is None:
+        data = bpy.data.cameras.new("PRT")
+        scene.camera = bpy.data.objects.new("PRT", data)
+    try:
+        yield
+    finally:
+        if data:
+            bpy.data.objects.remove(scene.camera)
+            bpy.data.cameras.remove(data)
+        if scene.camera != before:
+            scene.camera = before
+
+
+@contextmanager
+def _handlers_silenced() -> Iterator[None]:
+    """Nobody's script hears of the frame: it is none."""
+    names = [name for name in dir(bpy.app.handlers) if name.startswith("render_")]
+    lists: Sequence[list[Any]] = [getattr(bpy.app.handlers, name) for name in (*names, *_SILENT)]
+    before = [list(handlers) for handlers in lists]
+    for handlers in lists:
+        handlers.clear()
+    try:
+        yield
+    finally:
+        for handlers, former in zip(lists, before, strict=True):
+            handlers.extend(former)
+
+
+@contextmanager
+def _picture_kept() -> Iterator[None]:
+    """The person's last render stays: ours goes into a slot of its own, which can be found again but not removed."""
+    picture = bpy.data.images.get(_PICTURE)
+    slots = picture.render_slots if picture else None
+    active = slots.active_index if slots else 0
+    if slots:
+        names = [slot.name for slot in slots]
+        if _SLOT not in names:
+            slots.new(name=_SLOT)
+            names.append(_SLOT)
+        slots.active_index = names.index(_SLOT)
+    try:
+        yield
+    finally:
+        if slots:
+            slots.active_index = active
+        elif made := bpy.data.images.get(_PICTURE):
+            bpy.data.images.remove(made)
