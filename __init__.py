@@ -6,6 +6,7 @@ from __future__ import annotations
 from . import operators, ui
 from .prt_addon import handlers
 from .prt_addon.scene import preferences, settings
+from .prt_addon.session import session
 from .prt_addon.worker.job import end_engine
 
 _PARTS = (preferences, settings, handlers, operators, ui)
@@ -20,3 +21,4 @@ def unregister() -> None:
     end_engine()
     for part in reversed(_PARTS):
         part.unregister()
+    session.forget_file()

@@ -11,13 +11,11 @@ import bpy
 
 from ..prt_addon.core.errors import Interrupted
 from ..prt_addon.core.notices import Notice, counted
+from ..prt_addon.session import session
 from ..prt_addon.worker.job import Job, end_engine, running_job, wake_engine
 from .reporting import reports_errors
 
 _TICK = 0.1  # seconds
-
-_timer: bpy.types.Timer | None = None
-"""Wakes the operator that watches a job: there is one at most."""
 
 
 class WhenIdle:
@@ -28,7 +26,7 @@ class WhenIdle:
 
     @classmethod
     def poll(cls, _context: bpy.types.Context) -> bool:
-        if running_job() or _timer:
+        if running_job() or session.timer:
             cls.poll_message_set("A bake is running: wait for it, or cancel it")
             return False
         return True
@@ -69,9 +67,8 @@ class JobOperator(WhenIdle):
         """Work behind a live window: for the button. The scene is read when the window says so."""
         if bpy.app.background:
             return self.execute(context)
-        global _timer
         context.workspace.status_text_set("PRT: reading the scene")
-        _timer = context.window_manager.event_timer_add(_TICK, window=context.window)
+        session.timer = context.window_manager.event_timer_add(_TICK, window=context.window)
         context.window_manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
 
@@ -178,11 +175,10 @@ class PRT_OT_cancel(bpy.types.Operator):
 
 def stop_watching(context: bpy.types.Context) -> None:
     """Let go of the timer and the status bar, if an operator watches a job."""
-    global _timer
-    if _timer is None:
+    if session.timer is None:
         return
-    context.window_manager.event_timer_remove(_timer)
-    _timer = None
+    context.window_manager.event_timer_remove(session.timer)
+    session.timer = None
     if context.workspace:
         context.workspace.status_text_set(None)
     _redraw(context)

@@ -15,6 +15,7 @@ from .core.errors import PRTError
 from .scene.light import picture as light_picture
 from .scene.light.light import has_light
 from .scene.light.state import LightState, light_state
+from .session import session
 
 _DAMAGED = (KeyError, TypeError, ValueError, AttributeError, IndexError)
 """What properties raise that another program, or a person, has written."""
@@ -34,9 +35,6 @@ class LightGlance:
 
 
 _NOT_YET = LightGlance(LightState(False, "Looking at the world"))
-_known: dict[int, LightGlance] = {}
-"""By the session's identifier of a world; what has changed since stays until it is looked up again."""
-_outdated: set[int] = set()
 
 
 def light_glance(world: bpy.types.World | None) -> LightGlance:
@@ -44,30 +42,28 @@ def light_glance(world: bpy.types.World | None) -> LightGlance:
     if world is None or bpy.app.background:
         return _look(world)
     uid = world.session_uid
-    if (uid not in _known or uid in _outdated) and not bpy.app.timers.is_registered(_look_again):
-        _outdated.add(uid)
+    if (uid not in session.glances or uid in session.outdated) and not bpy.app.timers.is_registered(_look_again):
+        session.outdated.add(uid)
         bpy.app.timers.register(_look_again, first_interval=0.0)
-    return _known.get(uid, _NOT_YET)
+    return session.glances.get(uid, _NOT_YET)
 
 
 def forget() -> None:
     """Worlds may have changed: look again before they are drawn."""
-    _outdated.update(_known)
+    session.outdated.update(session.glances)
 
 
 def unregister() -> None:
-    """Stop the timer, and drop all that is known."""
+    """Stop the timer."""
     if bpy.app.timers.is_registered(_look_again):
         bpy.app.timers.unregister(_look_again)
-    _known.clear()
-    _outdated.clear()
 
 
 def _look_again() -> None:
     for world in bpy.data.worlds:
-        if world.session_uid in _outdated:
-            _known[world.session_uid] = _look(world)
-    _outdated.clear()
+        if world.session_uid in session.outdated:
+            session.glances[world.session_uid] = _look(world)
+    session.outdated.clear()
     for window in bpy.context.window_manager.windows:
         for area in window.screen.areas:
             if area.type == "VIEW_3D":

@@ -22,12 +22,11 @@ from .scene.mesh.carrier import put_away
 from .scene.shading.shading import follow_base_colour, follow_group
 from .scene.sky.projection import project
 from .scene.sky.sky import read_world
+from .session import session
 from .worker.job import end_engine, running_job
 
 _PAUSE = 0.2
 """Seconds without a change of the sky before it is projected again."""
-
-_busy = False
 
 
 @persistent
@@ -36,7 +35,7 @@ def _on_edit(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     changed = {update.id.original for update in depsgraph.updates}
     if any(isinstance(ident, (bpy.types.World, bpy.types.Image, bpy.types.NodeTree)) for ident in changed):
         glances.forget()
-    if _busy:
+    if session.projecting:
         return
     for ident in changed:
         if isinstance(ident, bpy.types.Material):
@@ -53,7 +52,7 @@ def _on_edit(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
 def _on_frame(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     """The same for what is keyframed: changing the frame reports no single updates."""
     glances.forget()
-    if _busy:
+    if session.projecting:
         return
     for material in bpy.data.materials:
         if material.node_tree and material.node_tree.animation_data:
@@ -95,23 +94,23 @@ def _project(world: bpy.types.World, now: bpy.types.World) -> None:
         world: where the light is written.
         now: what the world is now: itself, or as a depsgraph evaluates it at the frame of a render.
     """
-    global _busy
     if running_job() or not light_state(now).stale:
         return
-    _busy = True
+    session.projecting = True
     try:
         projection = project(read_world(now), windowing_of(world))
         write_light(read_world(world), projection, insert=False)  # no nodes turn up under the hands of who edits them
     except PRTError:
         pass  # the panel shows why the light is stale
     finally:
-        _busy = False
+        session.projecting = False
 
 
 @persistent
 def _on_load(_path: str) -> None:
-    """Another file is loaded: what the engine keeps is of no more use."""
+    """Another file is loaded: what the engine keeps is of no more use, nor what was looked up."""
     end_engine()
+    session.forget_file()
 
 
 @persistent

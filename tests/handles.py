@@ -35,6 +35,7 @@ WHERE = {
     "relight_group": "scene.shading.relight_group",
     "rendered": "scene.blender.rendered",
     "rotation": "core.sphere.rotation",
+    "session": "session",
     "settings": "scene.settings",
     "sh": "core.sphere.sh",
     "shading": "scene.shading.shading",

@@ -16,6 +16,7 @@ from ..core.bake.run import PLAINLY, Run
 from ..core.errors import CANCELLED, Cancelled, EngineError, PRTError
 from ..core.monitor import Work
 from ..core.problem import BakeProblem
+from ..session import session
 from . import serve, tasks
 from .engine import Engine
 
@@ -69,17 +70,16 @@ class Job(Generic[Value]):
         Raises:
             PRTError: if another one runs, or the engine cannot be started.
         """
-        global _current
-        if _current:
+        if session.job:
             raise PRTError("A bake is running: wait for it, or cancel it.")
         wake_engine().send(self._order)
-        _current = self
+        session.job = self
         self._speeds = deque([(time.monotonic(), Work())])
 
     @property
     def running(self) -> bool:
         """Whether the engine works on it, as far as was seen."""
-        return _current is self
+        return session.job is self
 
     @property
     def progress(self) -> float:
@@ -102,12 +102,12 @@ class Job(Generic[Value]):
         """Look at what the engine has to say; wait some seconds for it."""
         if not self.running:
             return
-        assert _engine
+        assert session.engine
         if self._cancelled is not None and time.monotonic() > self._cancelled + _GRACE:
             end_engine()
             return
         try:
-            for word in _engine.receive(wait):
+            for word in session.engine.receive(wait):
                 self._hear(word)
         except EngineError as error:
             end_engine(error)
@@ -121,9 +121,9 @@ class Job(Generic[Value]):
     def cancel(self) -> None:
         """Ask the engine to stop. If it does not within a moment, the next `step` kills it."""
         if self.running and self._cancelled is None:
-            assert _engine
+            assert session.engine
             self._cancelled = time.monotonic()
-            _engine.send(serve.Cancel())
+            session.engine.send(serve.Cancel())
             self.step()
 
     def result(self) -> Value:
@@ -142,10 +142,10 @@ class Job(Generic[Value]):
         return value
 
     def _hear(self, word: Any) -> None:
-        assert _engine
+        assert session.engine
         if isinstance(word, serve.Progress):
             self._advance(word.done)
-            _engine.send(serve.Continue())
+            session.engine.send(serve.Continue())
             return
         if isinstance(word, serve.Result):
             self._advance(word.done)
@@ -168,20 +168,15 @@ def bake_job(problem: BakeProblem, run: Run = PLAINLY, threads: int = 0, patienc
     return Job(tasks.bake, problem, work=problem.work, run=run, threads=threads, patience=patience)
 
 
-_current: Job[Any] | None = None
-_engine: Engine | None = None
-
-
 def running_job() -> Job[Any] | None:
     """The job that the engine works on, if it does."""
-    return _current
+    return session.job
 
 
 def end_engine(error: PRTError | None = None) -> None:
     """End the engine and what it keeps. A job that runs fails: of the error, or because it was cancelled."""
-    global _engine, _current
-    engine, job = _engine, _current
-    _engine = _current = None
+    engine, job = session.engine, session.job
+    session.engine = session.job = None
     if job:
         job._outcome = serve.Failure(error or Cancelled(CANCELLED))
     if engine:
@@ -194,19 +189,17 @@ def wake_engine() -> Engine:
     Raises:
         EngineError: if the process cannot be started.
     """
-    global _engine
-    if _engine and not (_current or _engine.usable):
+    if session.engine and not (session.job or session.engine.usable):
         end_engine()
-    _engine = _engine or Engine(_FIRST_PATIENCE)
-    return _engine
+    session.engine = session.engine or Engine(_FIRST_PATIENCE)
+    return session.engine
 
 
 def _release(patience: float) -> None:
     """The engine has answered."""
-    global _current
-    assert _engine
-    _current = None
-    _engine.rest(patience)
+    assert session.engine
+    session.job = None
+    session.engine.rest(patience)
     if not patience:
         end_engine()
 

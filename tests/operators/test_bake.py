@@ -315,10 +315,9 @@ def test_another_colour_is_baked_from_what_the_engine_keeps(blender, part, scene
     red = transport(part, ob)
     material.node_tree.nodes["Diffuse BSDF"].inputs["Color"].default_value = (0.2, 0.9, 0.2, 1.0)
 
-    jobs = part("job")
-    engine = jobs._engine.process
+    engine = part("session").session.engine.process
     blender.ops.prt.bake(mode="INTERREFLECTED", samples=64, bounces=5)
-    assert jobs._engine.process == engine
+    assert part("session").session.engine.process == engine
     green = transport(part, ob)
     part("job").end_engine()
     blender.ops.prt.bake(mode="INTERREFLECTED", samples=64, bounces=5)

@@ -296,7 +296,7 @@ def test_the_drawn_state_follows_at_once_or_with_the_next_check(blender, scene, 
     assert drawn(floor) == ("NEVER", set())
     bake("SHADOWED")
     assert drawn(floor) == ("FRESH", set())
-    module._found.clear()  # as in the next session
+    part("session").session.checked.clear()  # as in the next session
     assert drawn(floor) == ("UNCHECKED", set())
     assert blender.ops.prt.check() == {"FINISHED"}
     assert drawn(floor) == ("FRESH", set())

@@ -159,7 +159,7 @@ def test_small_picture_follows_the_light(blender, part, scene, sky):
         blender.context.view_layer.update()
         picture.icon(scene.world)
         flat = np.empty(64 * 128 * 4, dtype=np.float32)
-        picture._icons["light"].image_pixels_float.foreach_get(flat)
+        part("session").session.icons["light"].image_pixels_float.foreach_get(flat)
         return flat.reshape(64, 128, 4)
 
     for rotation in ((0.4, -0.9, 2.3), (0.0, 0.0, 1.1)):

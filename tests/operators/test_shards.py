@@ -205,7 +205,7 @@ def test_memory_is_a_setting_that_changes_no_bits(blender, part, scene, stage, f
     """With none at all, every hit lies in a file that the engine keeps open."""
 
     def mapped():
-        engine = part("job")._engine.process
+        engine = part("session").session.engine.process
         maps = Path(f"/proc/{engine}/maps").read_text().splitlines()
         return sum(tempfile.gettempdir() in line and "deleted" in line for line in maps)
 

@@ -16,6 +16,7 @@ from prt_addon.core.bake.run import PLAINLY
 from prt_addon.core.errors import Cancelled, EngineError, MeshError, NoRoom, PRTError
 from prt_addon.core.monitor import Work
 from prt_addon.core.problem import BakeProblem, BakeSettings
+from prt_addon.session import session
 from prt_addon.worker import engine, job, tasks
 from tests.core import baking, bouncing
 
@@ -38,7 +39,7 @@ def scene():
 
 def pid():
     """Of the engine that runs."""
-    return job._engine.process
+    return session.engine.process
 
 
 def bake(scene, settings=SETTINGS, **options):
@@ -287,7 +288,7 @@ def test_killed_at_random_moments(scene):
         one = bake(scene)
         one.start()
         one.wait(rng.uniform(0.0, 0.3))
-        killed = pid() if job._engine else 0
+        killed = pid() if session.engine else 0
         if killed:
             os.kill(killed, signal.SIGKILL)
         try:
@@ -315,7 +316,7 @@ def test_it_ends_when_nobody_asks(scene):
     assert pid() != process
     until_dead(process)
     done(scene, patience=0.0)
-    assert job._engine is None
+    assert session.engine is None
 
 
 PARENT = """
@@ -324,12 +325,13 @@ sys.path.insert(0, {root!r})
 from dataclasses import replace
 from tests.core import bouncing
 from prt_addon.core.problem import BakeProblem
+from prt_addon.session import session
 from prt_addon.worker import job
 settings = replace(bouncing.SETTINGS, samples={samples})
 one = job.bake_job(BakeProblem.of(*bouncing.corner(8), settings))
 one.start()
 one.wait({seconds})
-print(job._engine.process, flush=True)
+print(session.engine.process, flush=True)
 time.sleep(60)
 """
 

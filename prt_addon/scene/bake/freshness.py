@@ -15,6 +15,7 @@ from typing import Literal
 import bpy
 
 from ...core.problem import BakeSettings
+from ...session import session
 from ..blender.modes import object_mode
 from ..mesh.carrier import transport_mesh
 from ..mesh.layers import is_baked
@@ -72,10 +73,6 @@ class Freshness:
         return f"{headline}: {', '.join(details)}" if details else headline
 
 
-_found: dict[int, tuple[BakeRecord, frozenset[Cause]]] = {}
-"""By the session's identifier of an object: causes that the last check of a record found and drawing cannot find."""
-
-
 def freshness(
     context: bpy.types.Context, objects: Iterable[bpy.types.Object], settings: BakeSettings | None = None
 ) -> list[Freshness]:
@@ -95,7 +92,7 @@ def freshness(
             bounces=any(record.settings.mode == "INTERREFLECTED" for record in records.values()),
         )
         for (ob, record), now in zip(records.items(), evidence, strict=True):
-            _found[ob.session_uid] = record, _differences(record, now)
+            session.checked[ob.session_uid] = record, _differences(record, now)
         return [glance(context, ob, settings) for ob in objects]
 
 
@@ -104,7 +101,7 @@ def note_baked(objects: Iterable[bpy.types.Object]) -> None:
     for ob in objects:
         record = _checkable(ob)
         if record:
-            _found[ob.session_uid] = record, frozenset()
+            session.checked[ob.session_uid] = record, frozenset()
 
 
 def glance(context: bpy.types.Context, ob: bpy.types.Object, settings: BakeSettings | None = None) -> Freshness:
@@ -118,7 +115,7 @@ def glance(context: bpy.types.Context, ob: bpy.types.Object, settings: BakeSetti
         return Freshness(ob.name, "NEVER")
     if record.fingerprint is None:
         return Freshness(ob.name, "NEWER" if record.version > FORMAT_VERSION else "UNKNOWN")
-    judged, found = _found.get(ob.session_uid, (None, frozenset[Cause]()))
+    judged, found = session.checked.get(ob.session_uid, (None, frozenset[Cause]()))
     checked = judged == record  # another bake since then is another matter
     causes: set[Cause] = set(found) if checked else set()
     if record.elements != (len(ob.data.vertices), len(ob.data.loops)):

@@ -14,6 +14,7 @@ from ...core.digest import digest
 from ...core.errors import PRTError
 from ...core.sky import preview
 from ...core.sphere.window import energy_shares
+from ...session import session
 from ..blender.images import write_pixels
 from ..sky.projection import sky_picture
 from ..sky.sky import read_sky
@@ -21,12 +22,6 @@ from . import light
 
 _HEIGHT = 256
 _ICON_HEIGHT = 64
-
-_totals: dict[bytes, float] = {}
-"""Energy of the skies that were looked at in this session, by the digest of the light made from them."""
-_icons: bpy.utils.previews.ImagePreviewCollection | None = None
-_shown: bytes = b""
-"""Digest of the light that the icon shows."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +51,7 @@ def make_picture(scene: bpy.types.Scene) -> tuple[bpy.types.Image, bool]:
     parts = [preview.light_picture(shown, _HEIGHT)]
     sky = _sky_picture(scene)
     if sky is not None:
-        _totals[digest(light.read_light(scene.world))] = preview.energy(sky)
+        session.sky_energies[digest(light.read_light(scene.world))] = preview.energy(sky)
         strength = np.float32(scene.world[light.STRENGTH])
         parts.insert(0, strength * preview.turned_picture(sky, light.read_turn(scene.world), _HEIGHT))
     return _written(f"PRT Light of {scene.world.name}", np.concatenate(parts, axis=1)), sky is not None
@@ -65,7 +60,7 @@ def make_picture(scene: bpy.types.Scene) -> tuple[bpy.types.Image, bool]:
 def kept(world: bpy.types.World) -> Kept:
     """How much of the energy lies in each band of the light of a world that has one; cheap."""
     stored = light.read_light(world)
-    total = _totals.get(digest(stored))
+    total = session.sky_energies.get(digest(stored))
     return Kept(energy_shares(stored, total), total is not None)
 
 
@@ -74,25 +69,22 @@ def icon(world: bpy.types.World) -> int:
 
     It lives in memory, not in the file, and is drawn again when the light has changed.
     """
-    global _icons, _shown
     shown = light.shown_light(world, update=False)
-    if _icons is None:
-        _icons, _shown = bpy.utils.previews.new(), b""
-        _icons.new("light").image_size = (2 * _ICON_HEIGHT, _ICON_HEIGHT)
-    if _shown != (found := digest(shown)):
+    if session.icons is None:
+        session.icons, session.icon_shows = bpy.utils.previews.new(), b""
+        session.icons.new("light").image_size = (2 * _ICON_HEIGHT, _ICON_HEIGHT)
+    if session.icon_shows != (found := digest(shown)):
         pixels = preview.display(preview.light_picture(shown, _ICON_HEIGHT))
-        _icons["light"].image_pixels_float.foreach_set(pixels.reshape(-1))
-        _shown = found
-    return int(_icons["light"].icon_id)
+        session.icons["light"].image_pixels_float.foreach_set(pixels.reshape(-1))
+        session.icon_shows = found
+    return int(session.icons["light"].icon_id)
 
 
 def unregister() -> None:
     """Give back what is kept in memory."""
-    global _icons
-    if _icons is not None:
-        bpy.utils.previews.remove(_icons)
-        _icons = None
-    _totals.clear()
+    if session.icons is not None:
+        bpy.utils.previews.remove(session.icons)
+        session.icons = None
 
 
 def _sky_picture(scene: bpy.types.Scene) -> npt.NDArray[np.float32] | None:

@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""All that is known for as long as Blender runs, and stands in no file: in one place, and cleared in one place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import bpy
+
+    from .core.notices import Counted
+    from .glances import LightGlance
+    from .scene.mesh.record import BakeRecord
+    from .worker.engine import Engine
+    from .worker.job import Job
+
+
+@dataclass
+class Session:
+    """What runs, and what was looked up. Data-blocks are known by their session's identifiers.
+
+    engine, job: the process that computes, and what it works on.
+    timer: wakes the operator that watches a job.
+    notices: what the last bake of each scene had to say.
+    checked: by object, its record when it was last checked, and the causes for which it was stale then.
+    glances: what panels show of the light of each world.
+    outdated: worlds that have changed since.
+    sky_energies: of the skies that were looked at, by the digest of the light made from them.
+    icons: the small picture of the light; `icon_shows` is the digest of the light in it.
+    projecting: whether a world is being projected, so that what that changes is no edit.
+    """
+
+    engine: Engine | None = None
+    job: Job[Any] | None = None
+    timer: bpy.types.Timer | None = None
+    notices: dict[int, list[Counted]] = field(default_factory=dict)
+    checked: dict[int, tuple[BakeRecord, frozenset[Any]]] = field(default_factory=dict)
+    glances: dict[int, LightGlance] = field(default_factory=dict)
+    outdated: set[int] = field(default_factory=set)
+    sky_energies: dict[bytes, float] = field(default_factory=dict)
+    icons: bpy.utils.previews.ImagePreviewCollection | None = None
+    icon_shows: bytes = b""
+    projecting: bool = False
+
+    def forget_file(self) -> None:
+        """Another file is open: nothing that was looked up holds any more."""
+        for known in (self.notices, self.checked, self.glances, self.outdated, self.sky_energies):
+            known.clear()
+
+
+session = Session()
