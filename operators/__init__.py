@@ -5,14 +5,32 @@ from __future__ import annotations
 
 import bpy
 
-from . import bake, check, cubemap, interchange, job, light, probe, remove, report, shading, shards
+from . import (
+    bake,
+    check,
+    cubemap,
+    interchange,
+    job,
+    light,
+    notices,
+    probe,
+    refine,
+    remove,
+    report,
+    shading,
+    shards,
+    sky,
+)
 
 CLASSES = (
     *bake.CLASSES,
     *job.CLASSES,
     *shards.CLASSES,
+    *refine.CLASSES,
+    *notices.CLASSES,
     *check.CLASSES,
     *light.CLASSES,
+    *sky.CLASSES,
     *probe.CLASSES,
     *shading.CLASSES,
     *report.CLASSES,

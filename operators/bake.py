@@ -54,7 +54,7 @@ class WholeBakeOperator(JobOperator, BakeProperties, LightProperties):
     def _end(self, context: bpy.types.Context, result: Any) -> None:
         assert self._job
         notices, notes = self._bake.write(context, result)
-        self._say(self._bake.plan.notices + self._bake.findings(result) + notices)
+        self._say(context, self._bake.notices(result) + notices)
         for note in notes:
             self.report({"INFO"}, note)
         self._conclude(f"Baked {self._bake.summary}, {self._job.work.rays:,} rays.")

@@ -99,9 +99,9 @@ class JobOperator(WhenIdle):
             self._warnings += 1
             self.report({"WARNING"}, warning)
 
-    def _say(self, notices: Iterable[Notice]) -> None:
+    def _say(self, context: bpy.types.Context, notices: Iterable[Notice]) -> None:
         """Report notices, counted by kind, and keep them for the panel."""
-        found = counted(notices)
+        session.notices[context.scene.session_uid] = found = counted(notices)
         self._warn(one.sentence for one in found if one.kind.level == "WARNING")
         for one in found:
             if one.kind.level == "INFO":

@@ -69,7 +69,7 @@ class PRT_OT_bake_shard(ShardOperator, BakeProperties, bpy.types.Operator):
                 "Unshadowed transport needs no rays, so there is nothing to share: use Bake PRT (prt.bake)."
             )
         whole = WholeBake(context, settings)
-        self._say(whole.plan.notices)
+        self._say(context, whole.plan.notices)
         problem = whole.plan.problem
         span = shard.span(problem.receivers)
         return Job(

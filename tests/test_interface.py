@@ -50,7 +50,7 @@ def test_menu_offers_every_operator(blender, classes):
     entries = [draw.__module__ for draw in blender.types.VIEW3D_MT_object.draw._draw_funcs]
     assert entries.count(f"{headless.PACKAGE}.ui.menu") == 1
     internal = {cls.bl_idname for cls, _ in operators(blender, classes) if "INTERNAL" in getattr(cls, "bl_options", ())}
-    assert internal <= {"prt.cancel", "prt.bake_preset_add"}
+    assert internal <= {"prt.cancel", "prt.bake_preset_add", "prt.select_noticed"}
 
 
 def test_what_changes_data_can_be_undone(blender, classes):

@@ -6,10 +6,11 @@ from __future__ import annotations
 import bpy
 
 from ..prt_addon.scene.light import picture as light_picture
-from . import bake, files, light, menu, presets, preview, report, shading
+from . import bake, files, light, menu, notices, presets, preview, report, shading
 
 CLASSES = (
     *bake.CLASSES,
+    *notices.CLASSES,
     *presets.CLASSES,
     *light.CLASSES,
     *preview.CLASSES,

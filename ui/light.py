@@ -26,6 +26,8 @@ class PRT_PT_light(Tab, bpy.types.Panel):
         state = light_glance(world).state
         draw_text(context, layout.column(align=True), state.text, "ERROR" if state.stale else "WORLD")
         layout.operator("prt.project_light", icon="WORLD")
+        if world is None or not light.followed(world).rotation:
+            layout.menu("PRT_MT_skies", icon="LIGHT_SUN")
         column = layout.column()
         column.use_property_decorate = False
         column.prop(settings, "auto_light")

@@ -6,6 +6,18 @@ from __future__ import annotations
 import bpy
 
 from .. import operators
+from ..prt_addon.scene.sky.studio import icon_of, studio_skies
+
+
+class PRT_MT_skies(bpy.types.Menu):
+    """The HDRIs that Blender ships, to light the world with"""
+
+    bl_idname = "PRT_MT_skies"
+    bl_label = "Choose a Sky"
+
+    def draw(self, _context: bpy.types.Context) -> None:
+        for name in studio_skies():
+            self.layout.operator("prt.use_sky", text=name.title(), icon_value=icon_of(name)).sky = name
 
 
 class PRT_MT_object(bpy.types.Menu):
@@ -18,6 +30,8 @@ class PRT_MT_object(bpy.types.Menu):
         for operator in operators.CLASSES:
             if operator.bl_idname == "prt.show_light":
                 self.layout.operator_menu_enum(operator.bl_idname, "kind")
+            elif operator.bl_idname == "prt.use_sky":
+                self.layout.menu(PRT_MT_skies.bl_idname)
             elif "INTERNAL" not in getattr(operator, "bl_options", ()):
                 self.layout.operator(operator.bl_idname)
 
@@ -27,7 +41,7 @@ def _draw_entry(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
     self.layout.menu(PRT_MT_object.bl_idname)
 
 
-CLASSES = (PRT_MT_object,)
+CLASSES = (PRT_MT_skies, PRT_MT_object)
 
 
 def register() -> None:

@@ -8,6 +8,8 @@ import bpy
 from ..prt_addon.scene.bake import freshness
 from .tab import Tab, draw_text
 
+_WITHOUT_LIGHT = {"WIREFRAME", "SOLID"}
+
 
 class PRT_PT_shading(Tab, bpy.types.Panel):
     """Hooking the relit surface into materials, and removing it"""
@@ -19,6 +21,10 @@ class PRT_PT_shading(Tab, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
         ob = context.active_object
+        shading = getattr(getattr(context, "space_data", None), "shading", None)
+        if shading and shading.type in _WITHOUT_LIGHT:
+            draw_text(context, layout.column(align=True), "This view shows no baked light. Switch it:", "INFO")
+            layout.row(align=True).prop(shading, "type", expand=True)
         if ob and ob.type == "MESH":
             _draw_freshness(context, layout.column(align=True), freshness.glance(context, ob))
         column = layout.column(align=True)

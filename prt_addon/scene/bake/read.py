@@ -89,11 +89,13 @@ class BakePlan:
     objects: in the order that was asked for.
     problem: for the engine. Its first island is the scene; each object that may move has one of its own.
     notices: what the person should know.
+    radii: of all that stays in its place, with the name of the object, or none.
     """
 
     objects: list[ObjectToBake]
     problem: BakeProblem
     notices: list[Notice]
+    radii: list[tuple[str, float]]
 
     @property
     def scene(self) -> Island:
@@ -235,6 +237,8 @@ def read_bake(
             ),
         ),
         notices=notices,
+        radii=[(ob.name_full, _radius(read)) for ob, read in staying.items()]
+        + [("", _radius(read)) for read in others],
     )
 
 
@@ -399,6 +403,11 @@ def _left_out(wanted: Sequence[bpy.types.Object], found: _Found) -> list[Notice]
         if kind:
             notices.append(Notice(kind, ob.name))
     return notices
+
+
+def _radius(read: _Read) -> float:
+    """Half of the diagonal of its box."""
+    return float(np.linalg.norm(np.ptp(read.surface.vertices, axis=0))) / 2.0 if len(read.surface.vertices) else 0.0
 
 
 def _around(crowd: Crowd, read: _Read) -> Crowd:

@@ -11,7 +11,7 @@ import bpy
 
 from ...core.bake.bake import BakeResult
 from ...core.errors import MeshError
-from ...core.notices import Notice
+from ...core.notices import Kind, Notice
 from ...core.problem import BakeSettings
 from ...core.transport import raycast
 from ..blender.modes import Place, found_again, object_mode
@@ -22,7 +22,15 @@ from ..sky import sky
 from ..sky.identity import identity
 from ..sky.projection import Windowing, project
 from . import choose, freshness
+from .coarse import coarse_objects
 from .read import ObjectToBake, read_bake
+
+_UNIFORM = Kind(
+    "World {name} looks the same in all directions, so that turning it shows nothing: choose a sky.",
+    "{count} worlds look the same in all directions: {names}.",
+    "INFO",
+    "prt.use_sky",
+)
 
 
 class WholeBake:
@@ -50,7 +58,7 @@ class WholeBake:
         if settings.mode != "UNSHADOWED":
             raycast.require()
         objects = choose.objects_to_bake(context)
-        self._light, self._notes = None, list[str]()
+        self._light, self._notes, self._about_light = None, list[str](), list[Notice]()
         if projected:
             here = sky.read_sky(context.scene)
             light.check_world(here.world)
@@ -60,6 +68,8 @@ class WholeBake:
                 )
             else:
                 self._light = project(here, projected)
+            if here.is_uniform:
+                self._about_light.append(Notice(_UNIFORM, here.world.name))
         with object_mode(context):
             self.plan = read_bake(context, objects, settings)
         self.settings = settings
@@ -72,10 +82,13 @@ class WholeBake:
         count = sum(len(one.receivers.group) for one in self.plan.objects)
         return f"{len(self.plan.objects)} object(s), {count:,} receivers"
 
-    def findings(self, result: BakeResult) -> list[Notice]:
-        """What the engine found of the objects that were to be baked, and not of those that only bounced light at them."""
+    def notices(self, result: BakeResult) -> list[Notice]:
+        """What was left out, and what the engine found of the objects that were to be baked: not of those that only
+        bounced light at them.
+        """
         wanted = {one.group for one in self.plan.objects}
-        return [notice for number, notice in result.findings if number in wanted]
+        found = [notice for number, notice in result.findings if number in wanted]
+        return [*self.plan.notices, *found, *coarse_objects(self.plan), *self._about_light]
 
     def write(self, context: bpy.types.Context, result: BakeResult) -> tuple[list[Notice], list[str]]:
         """Write the transport of all objects of the plan, and light and shading if asked for.

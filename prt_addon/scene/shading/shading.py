@@ -257,13 +257,24 @@ def _made_material() -> bpy.types.Material:
     return material
 
 
+def _remove_slot(ob: bpy.types.Object, index: int) -> None:
+    """Taking the material out of the mesh alone would leave an empty slot on the object."""
+    if len(ob.material_slots) == 1:
+        ob.data.materials.clear()
+        return
+    active, ob.active_material_index = ob.active_material_index, index
+    with bpy.context.temp_override(object=ob):
+        bpy.ops.object.material_slot_remove()
+    ob.active_material_index = min(active, len(ob.material_slots) - 1)
+
+
 def _empty_made_slots(ob: bpy.types.Object) -> None:
     for index in reversed(range(len(ob.material_slots))):
         material = ob.material_slots[index].material
         if material is None or not material.get(MADE) or any(our_nodes(material.node_tree)):
             continue
         if ob.data.get(_SLOT_ADDED):
-            ob.data.materials.pop(index=index)
+            _remove_slot(ob, index)
             del ob.data[_SLOT_ADDED]
         else:
             ob.material_slots[index].material = None

@@ -44,6 +44,9 @@ _KNOWS_DIRECTION = {
 """Nodes whose value depends on the direction in a way of their own."""
 
 
+_UNIFORM = "it looks the same in all directions"
+
+
 @dataclass(frozen=True)
 class Sky:
     """A world's sky, and what of it can be followed without looking at it again.
@@ -61,6 +64,11 @@ class Sky:
     entry: bpy.types.NodeSocket | None
     strength: bpy.types.NodeSocket | None
     still: str
+
+    @property
+    def is_uniform(self) -> bool:
+        """Whether it looks the same in all directions, so that nothing of it can be seen to turn."""
+        return self.still == _UNIFORM
 
     @property
     def nodes(self) -> list[bpy.types.Node]:
@@ -108,7 +116,7 @@ def read_world(world: bpy.types.World) -> Sky:
     output, wiring = output_of(world), Wiring()
     surface = wiring.source(output.inputs["Surface"]) if output else None
     if surface is None:
-        return Sky(world, None, None, None, None, "it looks the same in all directions")
+        return Sky(world, None, None, None, None, _UNIFORM)
     _check_pictures(world, output, wiring)
     background = surface.node if surface.node.bl_idname == "ShaderNodeBackground" else None
     strength = _number(background.inputs["Strength"], wiring) if background else None
@@ -239,7 +247,7 @@ def _takes_a_mapping(socket: bpy.types.NodeSocket, wiring: Wiring) -> bool:
 
 def _why_still(lookups: list[bpy.types.NodeSocket]) -> str:
     if not lookups:
-        return "it looks the same in all directions"
+        return _UNIFORM
     suns = [socket.node.name for socket in lookups if socket.is_output and socket.node.bl_idname == "ShaderNodeTexSky"]
     if suns:
         return (
