@@ -21,7 +21,7 @@ class PRT_OT_project_light(LightProperties, bpy.types.Operator):
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
         here = sky.read_sky(context.scene)
-        light.check_world(here.world)
+        light.check_world(here.holder)
         projected = projection.project(here, windowing(context.scene, self))
         light.write_light(here, projected)
         for sentence in projected.sentences:

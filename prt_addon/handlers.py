@@ -10,18 +10,30 @@ to be keyframed.
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 import bpy
 from bpy.app.handlers import persistent
 
 from . import glances
 from .core.errors import PRTError
-from .scene.light.light import has_light, windowing_of, write_light
+from .scene.light.light import (
+    drivers_work,
+    has_light,
+    is_keyframed,
+    is_projected,
+    mend_drivers,
+    windowing_of,
+    write_light,
+)
 from .scene.light.state import light_state, note_repainted
 from .scene.material.colour_nodes import PART
-from .scene.mesh.carrier import put_away
+from .scene.mesh.carrier import put_away, transport_mesh
+from .scene.mesh.layers import is_baked
+from .scene.shading.probe import is_probe
 from .scene.shading.shading import follow_base_colour, follow_group
-from .scene.sky.projection import project
-from .scene.sky.sky import read_world
+from .scene.sky.projection import Windowing, project
+from .scene.sky.sky import lighting_world, objects_seen, read_world
 from .session import session
 from .worker.job import end_engine, running_job
 
@@ -44,7 +56,7 @@ def _on_edit(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
             follow_group(ident)
         elif isinstance(ident, bpy.types.Image) and has_light(scene.world):
             note_repainted(scene.world, ident)
-    if any(isinstance(ident, (bpy.types.World, bpy.types.Image)) for ident in changed):
+    if _touches_sky(scene, changed):
         _follow_sky(scene, depsgraph)
 
 
@@ -60,15 +72,44 @@ def _on_frame(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     _follow_sky(scene, depsgraph)
 
 
+def _touches_sky(scene: bpy.types.Scene, changed: set[bpy.types.ID]) -> bool:
+    """Whether edits may have changed a scene's sky: a world, a picture, an object that its nodes look at; or another world
+    was put in its place.
+    """
+    if any(isinstance(ident, (bpy.types.World, bpy.types.Image)) for ident in changed):
+        return True
+    if any(isinstance(ident, bpy.types.Scene) for ident in changed) and not has_light(scene.world):
+        return True
+    objects = {ident for ident in changed if isinstance(ident, bpy.types.Object)}
+    source = lighting_world(scene) if objects else None
+    return bool(source and objects & set(objects_seen(source)))
+
+
 def _follow_sky(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     """Project the scene's world again, now or soon, if it is to be followed and has changed."""
-    if not scene.prt.auto_light or not has_light(scene.world):
+    if not scene.prt.auto_light or not _needs_light(scene):
         return
     if not bpy.app.background:
-        if not bpy.app.is_job_running("RENDER") and light_state(scene.world).stale:
+        if not bpy.app.is_job_running("RENDER") and _is_outdated(scene.world):
             _wait_for_pause()
         return
-    _project(scene.world, scene.world.evaluated_get(depsgraph))
+    source = lighting_world(scene)
+    _project(scene.world, source.evaluated_get(depsgraph) if source else scene.world)
+
+
+def _needs_light(scene: bpy.types.Scene) -> bool:
+    """Whether a scene's world carries a light, or was put in the place of one that did while something shows it."""
+    if scene.world is None or has_light(scene.world):
+        return scene.world is not None
+    return any(map(has_light, bpy.data.worlds)) and any(
+        ob.type == "MESH" and not is_probe(ob.data) and is_baked(transport_mesh(ob)) for ob in scene.objects
+    )
+
+
+def _is_outdated(world: bpy.types.World) -> bool:
+    if not has_light(world) or is_keyframed(world):
+        return not has_light(world) or not drivers_work(world)
+    return light_state(world).stale
 
 
 def _wait_for_pause() -> None:
@@ -82,8 +123,8 @@ def _after_pause() -> float | None:
     if running_job() or bpy.app.is_job_running("RENDER"):
         return _PAUSE
     for scene in {window.scene for window in bpy.context.window_manager.windows}:
-        if scene.prt.auto_light and has_light(scene.world):
-            _project(scene.world, scene.world)
+        if scene.prt.auto_light and _needs_light(scene):
+            _project(scene.world, lighting_world(scene) or scene.world)
     return None
 
 
@@ -92,18 +133,33 @@ def _project(world: bpy.types.World, now: bpy.types.World) -> None:
 
     Args:
         world: where the light is written.
-        now: what the world is now: itself, or as a depsgraph evaluates it at the frame of a render.
+        now: the world that lights, as it is now: itself, or as a depsgraph evaluates it at the frame of a render.
     """
-    if running_job() or not light_state(now).stale:
+    itself = now.original == world
+    if is_keyframed(world):
+        _mend(world, now.original)
+        return
+    if running_job() or not _is_outdated(now if itself else world):
         return
     session.projecting = True
     try:
-        projection = project(read_world(now), windowing_of(world))
-        write_light(read_world(world), projection, insert=False)  # no nodes turn up under the hands of who edits them
+        windowing = windowing_of(world) if is_projected(world) else Windowing()
+        projection = project(read_world(now, world), windowing)
+        write_light(
+            read_world(now.original, world), projection, insert=False
+        )  # no nodes turn up under the hands of who edits them
     except PRTError:
         pass  # the panel shows why the light is stale
     finally:
         session.projecting = False
+
+
+def _mend(world: bpy.types.World, source: bpy.types.World) -> None:
+    """Blender does not follow renamed nodes from outside of their tree. A keyframed light is projected by hand alone."""
+    if drivers_work(world):
+        return
+    with suppress(PRTError):  # the panel says that it is stale
+        mend_drivers(read_world(source, world))
 
 
 @persistent

@@ -61,10 +61,10 @@ class WholeBake:
         self._light, self._notes, self._about_light = None, list[str](), list[Notice]()
         if projected:
             here = sky.read_sky(context.scene)
-            light.check_world(here.world)
-            if why := light.why_it_stays(here.world):
+            light.check_world(here.holder)
+            if why := light.why_it_stays(here.holder):
                 self._notes.append(
-                    f"The light of world '{here.world.name}' {why}, and stays: Project World replaces it."
+                    f"The light of world '{here.holder.name}' {why}, and stays: Project World replaces it."
                 )
             else:
                 self._light = project(here, projected)
@@ -108,7 +108,7 @@ class WholeBake:
         objects = [found_again(bpy.data.objects, "Object", one.name) for one in self.plan.objects]
         here = sky.read_sky(context.scene) if self._light else None  # refuses before writing, as all that follows
         if here and self._light:
-            light.check_world(here.world)
+            light.check_world(here.holder)
             if identity(here) != self._light.identity:  # the world was edited, or is another, since the bake began
                 self._light = project(here, self._light.windowing)
         with object_mode(context):

@@ -90,6 +90,30 @@ def _passed_on(output: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
     return output
 
 
+_PLAIN_MAPPING: dict[str, object] = {
+    "vector_type": "POINT",
+    "mapping_x": "X",
+    "mapping_y": "Y",
+    "mapping_z": "Z",
+    "use_min": False,
+    "use_max": False,
+    "translation": (0.0, 0.0, 0.0),
+    "rotation": (0.0, 0.0, 0.0),
+    "scale": (1.0, 1.0, 1.0),
+}
+
+
+def is_remapped(node: bpy.types.Node) -> bool:
+    """Whether a texture node changes coordinates by its own mapping, which only scripts and old files have."""
+    mapping = getattr(node, "texture_mapping", None)
+    if mapping is None:
+        return False
+    now = {key: getattr(mapping, key) for key in _PLAIN_MAPPING}
+    return any(
+        (tuple(now[key]) if isinstance(plain, tuple) else now[key]) != plain for key, plain in _PLAIN_MAPPING.items()
+    )
+
+
 def has_loop(tree: bpy.types.NodeTree) -> bool:
     """Whether nodes of a tree, or of a group in it, feed each other in a circle: Cycles crashes on such reroutes (4.5, 5.2)."""
     trees, pending = {tree}, [tree]

@@ -56,7 +56,7 @@ def keyframe(
 @contextmanager
 def _browsing(scene: bpy.types.Scene, first: int, last: int) -> Iterator[None]:
     """Inside, frames may be changed, and no light follows them by itself; the scene returns to its frame."""
-    now, world = (scene.frame_current, scene.frame_subframe), read_sky(scene).world
+    now, world = (scene.frame_current, scene.frame_subframe), read_sky(scene).holder
     marked = mark_keyframed(world, first, last)
     try:
         yield

@@ -33,8 +33,9 @@ TURN = ("prt_turn_x", "prt_turn_y", "prt_turn_z")
 """Column k of the rotation R under which a direction w looks up the sky at R w."""
 STRENGTH = "prt_strength"
 RECORD = "prt_light"
-FRAMES, REPAINTED = "frames", "repainted"
-"""Keys of the record: the first and last keyframe of a keyframed light; the picture whose texels have changed since."""
+FRAMES, REPAINTED, SOURCE = "frames", "repainted", "source"
+"""Keys of the record: the first and last keyframe of a keyframed light; the picture whose texels have changed since; the
+world whose sky it is, if that is a view layer's and not the one that carries the light."""
 
 _DRIVEN = (*TURN, STRENGTH)
 
@@ -64,7 +65,7 @@ def write_light(sky: Sky, projection: Projection, insert: bool = True) -> None:
     Raises:
         LightError, VersionError: see `check_world`.
     """
-    world = sky.world
+    world = sky.holder
     check_world(world)
     remove_light(world)
     mapping = sky.mapping or (insert_mapping(sky.entry) if insert and sky.entry else None)
@@ -74,6 +75,7 @@ def write_light(sky: Sky, projection: Projection, insert: bool = True) -> None:
         "order": sh.ORDER,
         "mapping": mapping.name if mapping else "",
         "strength": sky.strength.node.name if sky.strength else "",
+        **({SOURCE: sky.world.name} if sky.world.name != world.name else {}),
         **asdict(projection.identity),
         **asdict(projection.windowing),
         "factors": projection.factors.tolist(),
@@ -103,6 +105,7 @@ _KINDS: dict[str, type | tuple[type, ...]] = {
     "window": str,
     "cutoff": (int, float),
     REPAINTED: str,
+    SOURCE: str,
 }
 
 
@@ -188,14 +191,47 @@ def why_it_stays(world: bpy.types.World) -> str:
     return "was imported" if has_light(world) and not is_projected(world) else ""
 
 
+def source_of(world: bpy.types.World) -> bpy.types.World:
+    """The world whose sky the light of a world is: itself, save under a view layer with a world of its own."""
+    return bpy.data.worlds.get(read_record(world).get(SOURCE, "")) or world
+
+
 def followed(world: bpy.types.World) -> Followed:
     """The sockets that turn and scale the light of a world."""
-    record, tree = read_record(world), world.node_tree
+    record, tree = read_record(world), source_of(world).node_tree
     if not record or not tree:
         return Followed(None, None)
     mapping, holder = (tree.nodes.get(record.get(key, "")) for key in ("mapping", "strength"))
     strength = (holder.inputs.get("Strength") or next(iter(holder.outputs), None)) if holder else None
     return Followed(mapping.inputs.get("Rotation") if mapping else None, strength)
+
+
+def mend_drivers(sky: Sky) -> bool:
+    """Have a light follow its sky's nodes again, where these were renamed; True if it does now. The light itself stays."""
+    if not sky.mapping and read_record(sky.holder).get("mapping"):
+        return False
+    _remove_drivers(sky.holder)
+    record = sky.holder[RECORD]
+    record["mapping"] = sky.mapping.name if sky.mapping else ""
+    record["strength"] = sky.strength.node.name if sky.strength else ""
+    _follow(sky, sky.mapping)
+    return True
+
+
+def drivers_work(world: bpy.types.World) -> bool:
+    """Whether all that the light follows is still there: drivers of removed nodes keep their last value."""
+    data = world.animation_data
+    ours = [curve for curve in data.drivers if curve.data_path in {f'["{name}"]' for name in _DRIVEN}] if data else []
+    return all(
+        _leads_somewhere(target) for curve in ours for variable in curve.driver.variables for target in variable.targets
+    )
+
+
+def _leads_somewhere(target: bpy.types.DriverTarget) -> bool:
+    try:
+        return target.id is not None and target.id.path_resolve(target.data_path) is not None
+    except ValueError:
+        return False
 
 
 def remove_light(world: bpy.types.World) -> bool:
@@ -255,7 +291,7 @@ def insert_mapping(entry: bpy.types.NodeSocket) -> bpy.types.Node:
 
 
 def _follow(sky: Sky, mapping: bpy.types.Node | None) -> None:
-    world = sky.world
+    world = sky.holder
     for name, axis in zip(TURN, np.eye(3), strict=True):
         world[name] = axis.tolist()
     world[STRENGTH] = 1.0
@@ -266,13 +302,13 @@ def _follow(sky: Sky, mapping: bpy.types.Node | None) -> None:
         for column, name in enumerate(TURN):
             for row in range(3):
                 expression = _EULER_MATRIX[column][row] if inverse else _EULER_MATRIX[row][column]
-                _drive(world, name, row, expression, angles)
+                _drive(sky, name, row, expression, angles)
     if sky.strength:
-        _drive(world, STRENGTH, -1, "s", {"s": _socket_path(sky.strength)})
+        _drive(sky, STRENGTH, -1, "s", {"s": _socket_path(sky.strength)})
 
 
-def _drive(world: bpy.types.World, name: str, index: int, expression: str, variables: dict[str, str]) -> None:
-    driver = world.driver_add(f'["{name}"]', index).driver
+def _drive(sky: Sky, name: str, index: int, expression: str, variables: dict[str, str]) -> None:
+    driver = sky.holder.driver_add(f'["{name}"]', index).driver
     driver.type = "SCRIPTED"
     for variable_name, path in variables.items():
         if variable_name not in expression:
@@ -280,7 +316,7 @@ def _drive(world: bpy.types.World, name: str, index: int, expression: str, varia
         variable = driver.variables.new()
         variable.name = variable_name
         target = variable.targets[0]
-        target.id_type, target.id, target.data_path = "WORLD", world, path
+        target.id_type, target.id, target.data_path = "WORLD", sky.world, path
     driver.expression = expression
 
 

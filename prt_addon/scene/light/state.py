@@ -11,7 +11,17 @@ import bpy
 from ...core.errors import PRTError
 from ..sky.identity import identity
 from ..sky.sky import Sky, read_world
-from .light import FRAMES, RECORD, REPAINTED, has_light, is_keyframed, is_projected, read_record
+from .light import (
+    FRAMES,
+    RECORD,
+    REPAINTED,
+    drivers_work,
+    has_light,
+    is_keyframed,
+    is_projected,
+    read_record,
+    source_of,
+)
 
 
 @dataclass(frozen=True)
@@ -38,9 +48,12 @@ def light_state(world: Any) -> LightState:
         return LightState(False, "Light was imported: it follows no nodes")
     record = read_record(world.original)
     if is_keyframed(world.original):
+        if not drivers_work(world.original):
+            return LightState(True, "Light is keyframed, but the node that turned it is gone: keyframe it again")
         return LightState(False, "Light is keyframed, frames {} to {}".format(*record[FRAMES]))
+    source = source_of(world.original)
     try:
-        sky = read_world(world)
+        sky = read_world(world if source == world.original else source, world.original)
     except PRTError as error:
         return LightState(True, str(error))
     now = identity(sky)
@@ -66,7 +79,7 @@ def note_repainted(world: bpy.types.World, image: bpy.types.Image) -> None:
     if not is_projected(world) or is_keyframed(world):
         return
     try:
-        shown = image in read_world(world).images
+        shown = image in read_world(source_of(world)).images
     except PRTError:
         return
     if shown:

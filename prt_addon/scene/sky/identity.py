@@ -105,9 +105,18 @@ def _settings(struct: Any, base: Any = bpy.types.Node) -> Iterator[tuple[str, An
         elif prop.type != "POINTER":
             yield name, _plain(value)
         elif isinstance(value, bpy.types.ID):
-            yield name, type(value).__name__ if isinstance(value, bpy.types.Image) else value.name
+            yield name, _reached(value)
         elif value is not None:
             yield name, dict(_settings(value, None))
+
+
+def _reached(block: bpy.types.ID) -> Any:
+    """What a node sees of a data-block: pictures are told apart elsewhere; of an object, where it stands."""
+    if isinstance(block, bpy.types.Image):
+        return type(block).__name__
+    if isinstance(block, bpy.types.Object):
+        return [round(value, 5) + 0.0 for row in block.matrix_world for value in row]
+    return block.name
 
 
 def _plain(value: Any) -> Any:

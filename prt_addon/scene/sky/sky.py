@@ -12,7 +12,7 @@ import numpy as np
 
 from ...core.errors import LightError, PictureError
 from ..blender.images import missing
-from ..blender.nodes import Wiring, nodes_are_on
+from ..blender.nodes import Wiring, is_remapped, nodes_are_on
 
 _LOOKS_ALONG = {
     "ShaderNodeTexEnvironment",
@@ -51,6 +51,9 @@ _UNIFORM = "it looks the same in all directions"
 class Sky:
     """A world's sky, and what of it can be followed without looking at it again.
 
+    world: whose nodes light the scene.
+    holder: the scene's world, which carries the SH light, as shaders read it there. Since 5.2 a view layer may be lit by
+        another world than the scene's.
     texture: the Environment Texture whose picture is all there is to see; None where Blender must evaluate the nodes.
     mapping: the Mapping node that turns everything; None if there is none.
     entry: where a Mapping node can be inserted: the one input that looks along the view; else None.
@@ -59,6 +62,7 @@ class Sky:
     """
 
     world: bpy.types.World
+    holder: bpy.types.World
     texture: bpy.types.Node | None
     mapping: bpy.types.Node | None
     entry: bpy.types.NodeSocket | None
@@ -108,15 +112,38 @@ def read_sky(scene: bpy.types.Scene) -> Sky:
     """
     if scene.world is None:
         raise LightError(f"Scene '{scene.name}' has no world: add one in World properties.")
-    return read_world(scene.world)
+    return read_world(lighting_world(scene) or scene.world, scene.world)
 
 
-def read_world(world: bpy.types.World) -> Sky:
-    """As `read_sky`, of one world, which may be an evaluated one."""
+def lighting_world(scene: bpy.types.Scene) -> bpy.types.World | None:
+    """The world that lights a scene: that of its view layer, if it has one of its own, before the scene's."""
+    layer = bpy.context.view_layer if bpy.context.scene == scene else scene.view_layers[0]
+    return getattr(layer, "world_override", None) or scene.world
+
+
+def objects_seen(world: bpy.types.World) -> Iterator[bpy.types.Object]:
+    """The objects by whose place nodes of a world look around, groups included."""
+    trees = [world.node_tree] if world.node_tree else []
+    for tree in trees:
+        for node in tree.nodes:
+            if seen := getattr(node, "object", None):
+                yield seen
+            inner = getattr(node, "node_tree", None)
+            if inner and inner not in trees:
+                trees.append(inner)
+
+
+def read_world(world: bpy.types.World, holder: bpy.types.World | None = None) -> Sky:
+    """As `read_sky`, of one world, which may be an evaluated one.
+
+    Args:
+        holder: the world that carries the light, if that is another.
+    """
+    holder = holder or world
     output, wiring = output_of(world), Wiring()
     surface = wiring.source(output.inputs["Surface"]) if output else None
     if surface is None:
-        return Sky(world, None, None, None, None, _UNIFORM)
+        return Sky(world, holder, None, None, None, None, _UNIFORM)
     _check_pictures(world, output, wiring)
     background = surface.node if surface.node.bl_idname == "ShaderNodeBackground" else None
     strength = _number(background.inputs["Strength"], wiring) if background else None
@@ -128,7 +155,7 @@ def read_world(world: bpy.types.World) -> Sky:
     still = "" if mapping or entry else _why_still(lookups)
     texture = wiring.source(background.inputs["Color"]) if background and strength else None
     alone = texture is not None and _is_picture(texture.node, mapping, entry, wiring)
-    return Sky(world, texture.node if texture and alone else None, mapping, entry, strength, still)
+    return Sky(world, holder, texture.node if texture and alone else None, mapping, entry, strength, still)
 
 
 def output_of(world: bpy.types.World) -> bpy.types.Node | None:
@@ -145,10 +172,9 @@ def _check_pictures(world: bpy.types.World, output: bpy.types.Node, wiring: Wiri
             raise LightError(f"'{node.name}' of world '{world.name}' has no image: open an HDRI in it.")
         if image.source == "TILED":
             raise PictureError(f"Image '{image.name}' consists of UDIM tiles: use a single picture.")
-        if image.source in {"MOVIE", "SEQUENCE"}:  # whose pixels are those of some frame
-            there = Path(bpy.path.abspath(image.filepath, library=image.library)).is_file()
-        else:
-            there = all(image.size)  # reading the size loads the file
+        there = all(image.size)  # reading the size loads the file, and only then is its type known
+        if image.source in {"MOVIE", "SEQUENCE"} or image.type == "MULTILAYER":  # no pixels before a frame or layer is
+            there = bool(image.packed_file) or Path(bpy.path.abspath(image.filepath, library=image.library)).is_file()
         if not there:
             raise missing(image)
 
@@ -269,4 +295,5 @@ def _is_picture(
         return False
     source = wiring.source(node.inputs["Vector"])
     looked_up = entry == node.inputs["Vector"] or (source and mapping and source.node == mapping)
-    return bool(looked_up) and node.image.source in {"FILE", "GENERATED"}
+    single = node.image.source in {"FILE", "GENERATED"} and node.image.type != "MULTILAYER"
+    return bool(looked_up) and single and not is_remapped(node) and not node.mute
