@@ -27,7 +27,7 @@ from .scene.light.light import (
     write_light,
 )
 from .scene.light.state import light_state, note_repainted
-from .scene.material.colour_nodes import PART
+from .scene.material.reading import PART
 from .scene.mesh.carrier import put_away, transport_mesh
 from .scene.mesh.layers import is_baked
 from .scene.shading.probe import is_probe

@@ -5,6 +5,7 @@
 """
 
 WHERE = {
+    "albedo": "scene.material.albedo",
     "bake": "core.bake.bake",
     "carrier": "scene.mesh.carrier",
     "choose": "scene.bake.choose",

@@ -28,6 +28,10 @@ def cycles_scene(name: str) -> Iterator[bpy.types.Scene]:
         scene.cycles.shading_system = here.cycles.shading_system
         scene.render.threads_mode, scene.render.threads = here.render.threads_mode, here.render.threads
         scene.frame_current = here.frame_current
+        for owner in (here.world, here, bpy.context.view_layer):  # as Attribute nodes look: the nearest last
+            for key, value in owner.items() if owner else ():
+                if isinstance(value, (bool, int, float)) or hasattr(value, "to_list"):
+                    scene[key] = value
         yield scene
     finally:
         bpy.data.scenes.remove(scene)

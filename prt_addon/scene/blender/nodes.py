@@ -7,6 +7,8 @@ from collections import deque
 from collections.abc import Iterator
 
 import bpy
+import numpy as np
+import numpy.typing as npt
 
 
 class Wiring:
@@ -112,6 +114,38 @@ def is_remapped(node: bpy.types.Node) -> bool:
     return any(
         (tuple(now[key]) if isinstance(plain, tuple) else now[key]) != plain for key, plain in _PLAIN_MAPPING.items()
     )
+
+
+def mapping_matrix(mapping: bpy.types.Node) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """(3, 3) matrix and (3,) offset of a Mapping node whose inputs are numbers: it takes v to `M v + o`.
+
+    As Blender's manual has it: a *Point* is scaled, rotated and moved; *Texture* is the inverse of that; a *Vector* is not
+    moved. *Normal*, which is normalised afterwards, is none of these.
+
+    Raises:
+        ValueError: for a Normal.
+    """
+    values = {entry.name: np.array(entry.default_value, dtype=np.float64) for entry in mapping.inputs}
+    location, rotation, scale = values.get("Location", np.zeros(3)), values["Rotation"], values["Scale"]
+    turn = _euler_matrix(rotation)
+    if mapping.vector_type == "TEXTURE":
+        with np.errstate(divide="ignore"):
+            inverse = np.where(scale != 0.0, 1.0 / np.where(scale != 0.0, scale, 1.0), 0.0)
+        matrix = np.diag(inverse) @ turn.T
+        return matrix, -matrix @ location
+    if mapping.vector_type == "NORMAL":
+        raise ValueError("normals are not mapped by a matrix alone")
+    return turn @ np.diag(scale), location
+
+
+def _euler_matrix(angles: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """(3, 3) `Rz Ry Rx`, Blender's XYZ order."""
+    (cx, cy, cz), (sx, sy, sz) = np.cos(angles), np.sin(angles)
+    about_x = np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
+    about_y = np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
+    about_z = np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]])
+    matrix: npt.NDArray[np.float64] = about_z @ about_y @ about_x
+    return matrix
 
 
 def has_loop(tree: bpy.types.NodeTree) -> bool:

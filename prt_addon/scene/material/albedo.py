@@ -21,7 +21,7 @@ from ...core.errors import PictureError
 from ...core.notices import Kind, Notice
 from ...core.surface import AlbedoPattern, CornerColours, Interpolation, TexturePatch
 from ..blender.images import linear_pixels
-from ..blender.nodes import feeding_socket, has_loop
+from ..blender.nodes import feeding_socket, has_loop, is_remapped, mapping_matrix
 from ..mesh.meshes import Surface, corner_vertices, layer_array
 from .cycles_colour import ColourRequest, ColourRequests, Unread
 from .reading import BLACK, Colour, Constant, Inside, Source, read_material
@@ -162,8 +162,9 @@ class AlbedoReader:
             and node.image
             and node.projection == "FLAT"
             and source.name == "Color"
+            and not is_remapped(node)
         ):
-            uv = _corner_values(mesh, _uv_map(node, mesh, colour), "vector", 2)[corners]
+            uv = _placed(*_uv_source(node, mesh, colour), corners)
             texture = self._texture(node.image, colour)
             draft.textures.append(texture.identity)
             return TexturePatch(triangles, uv, texture.texels, _interpolation(node), node.extension)
@@ -269,19 +270,42 @@ def _interpolation(node: bpy.types.Node) -> Interpolation:
     return "Closest" if node.interpolation == "Closest" else "Linear"
 
 
-def _uv_map(node: bpy.types.Node, mesh: bpy.types.Mesh, colour: Colour) -> str:
-    """The UV map an Image Texture is looked up by."""
+def _uv_source(node: bpy.types.Node, mesh: bpy.types.Mesh, colour: Colour) -> tuple[Float32, bpy.types.Node | None]:
+    """The (corners, 2) UV map that an Image Texture is looked up by, and the Mapping node between, if there is one."""
     active = next((layer.name for layer in mesh.uv_layers if layer.active_render), "")
     source = feeding_socket(node.inputs["Vector"])
+    mapping = None
+    if source and source.node.bl_idname == "ShaderNodeMapping" and _is_plain(source.node):
+        mapping = source.node
+        source = feeding_socket(mapping.inputs["Vector"])
+        if source is None:
+            raise _NotFollowed(f"its texture is placed by '{mapping.name}' alone", colour)
     if source is None or (source.node.bl_idname == "ShaderNodeTexCoord" and source.name == "UV"):
         name = active
-    elif source.node.bl_idname == "ShaderNodeUVMap":
+    elif source.node.bl_idname == "ShaderNodeUVMap" and not source.node.from_instancer:
         name = source.node.uv_map or active
     else:
         raise _NotFollowed(f"its texture is placed by '{source.node.name}'", colour)
     if name not in mesh.attributes:
         raise _NotFollowed(f"mesh '{mesh.name}' lacks the UV map of its texture", colour)
-    return str(name)
+    return _corner_values(mesh, str(name), "vector", 2), mapping
+
+
+def _is_plain(mapping: bpy.types.Node) -> bool:
+    """Whether a Mapping node maps by numbers: nothing else feeds it."""
+    return mapping.vector_type != "NORMAL" and not any(
+        feeding_socket(entry) for entry in mapping.inputs if entry.name != "Vector"
+    )
+
+
+def _placed(uv: Float32, mapping: bpy.types.Node | None, corners: npt.NDArray[np.int32]) -> Float32:
+    """(P, 3, 2) coordinates at the corners of triangles, moved as a Mapping node of numbers does."""
+    found = uv[corners]
+    if mapping is None:
+        return found
+    matrix, offset = mapping_matrix(mapping)
+    points = np.concatenate([found, np.zeros((*found.shape[:2], 1), dtype=np.float32)], axis=-1).astype(np.float64)
+    return np.ascontiguousarray((points @ matrix.T + offset)[..., :2], dtype=np.float32)
 
 
 def _colour_layer(node: bpy.types.Node, mesh: bpy.types.Mesh) -> str | None:

@@ -9,10 +9,7 @@ from __future__ import annotations
 import bpy
 
 from ..blender.nodes import Wiring
-from .reading import RGB, Colour, Constant, Inside, Mixed, Source
-
-PART = "prt_part"
-"""Custom property of nodes that we add to mix a colour; of copies of groups, the name of the group."""
+from .reading import PART, RGB, Colour, Constant, Inside, Mixed, Source
 
 
 def build(tree: bpy.types.NodeTree, colour: Colour) -> bpy.types.NodeSocket | RGB:
@@ -53,9 +50,14 @@ def signature(colour: Colour | None) -> str:
     return f"sum({signature(colour.first)}, {signature(colour.second)})" if colour else ""
 
 
-def remove_parts(tree: bpy.types.NodeTree) -> None:
-    """Take out all nodes that `build` added, and the copies of groups that nobody uses any more."""
-    for node in [node for node in tree.nodes if PART in node]:
+def remove_parts(tree: bpy.types.NodeTree, but: str = "") -> None:
+    """Take out all nodes that `build` and `add_part` added, and the copies of groups that nobody uses any more.
+
+    Args:
+        but: a custom property: outputs that have it, and what feeds them, stay.
+    """
+    kept = {node for output in tree.nodes if but and but in output for node in Wiring().upstream(output)}
+    for node in [node for node in tree.nodes if PART in node and node not in kept]:
         group = getattr(node, "node_tree", None)
         tree.nodes.remove(node)
         if group and PART in group and not group.users:
@@ -64,7 +66,7 @@ def remove_parts(tree: bpy.types.NodeTree) -> None:
 
 
 def _mix(tree: bpy.types.NodeTree, how: str, factor: object, first: object, second: object) -> bpy.types.NodeSocket:
-    node = _part(tree, "ShaderNodeMix")
+    node = add_part(tree, "ShaderNodeMix")
     node.data_type, node.blend_type = "RGBA", how
     entries = {entry.identifier: entry for entry in node.inputs}
     for name, value in (("Factor_Float", factor), ("A_Color", first), ("B_Color", second)):
@@ -81,7 +83,7 @@ def _handed_out(tree: bpy.types.NodeTree, inside: Inside) -> bpy.types.NodeSocke
     result = copy.interface.new_socket("PRT Colour", in_out="OUTPUT", socket_type="NodeSocketColor")
     output = next(node for node in copy.nodes if node.bl_idname == "NodeGroupOutput" and node.is_active_output)
     _feed(copy, next(entry for entry in output.inputs if entry.identifier == result.identifier), inner)
-    node = _part(tree, "ShaderNodeGroup")
+    node = add_part(tree, "ShaderNodeGroup")
     node.node_tree = copy
     for entry, original in zip(node.inputs, group.inputs, strict=True):
         source = wiring.source(original)
@@ -92,7 +94,8 @@ def _handed_out(tree: bpy.types.NodeTree, inside: Inside) -> bpy.types.NodeSocke
     return _output(node, result.identifier)
 
 
-def _part(tree: bpy.types.NodeTree, kind: str) -> bpy.types.Node:
+def add_part(tree: bpy.types.NodeTree, kind: str) -> bpy.types.Node:
+    """A node of ours, which `remove_parts` takes out."""
     node = tree.nodes.new(kind)
     node[PART], node.label, node.hide, node.select = True, "PRT", True, False
     return node

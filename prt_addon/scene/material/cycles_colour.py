@@ -24,6 +24,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..blender.cycles_scene import cycles_scene, selected_alone
+from ..blender.light_path import answer_light_path, asks_light_path
 from ..mesh.meshes import layer_array
 from .colour_nodes import connect, remove_parts
 from .reading import Colour
@@ -63,7 +64,7 @@ class ColourRequest:
     def __init__(self, ob: bpy.types.Object, matrix: npt.NDArray[np.float64], slots: Mapping[int, Unread]) -> None:
         self._mesh = bpy.data.meshes.new_from_object(ob)
         self._matrix, self._slots = matrix, slots
-        self._colour, self._pass_index = tuple(ob.color), ob.pass_index
+        self._colour, self._pass_index, self._properties = tuple(ob.color), ob.pass_index, _plain_properties(ob)
         self._answer: Float32 | None = None
         self._asked = False
 
@@ -84,20 +85,19 @@ class ColourRequest:
     def _evaluated(self) -> Float32 | None:
         mesh, slots = self._mesh, self._slots
         copies: list[bpy.types.Material] = []
+        groups: list[bpy.types.NodeTree] = []
         try:
             while len(mesh.materials) <= max(slots):
                 mesh.materials.append(None)
             for index in range(len(mesh.materials)):
                 unread = slots.get(index)
-                if unread and unread.colour:
-                    copies.append(_matte_copy(unread.material, unread.colour))
-                    mesh.materials[index] = copies[-1]
-                else:
-                    mesh.materials[index] = unread.material if unread else None
+                mesh.materials[index] = _as_bounced(unread, copies, groups) if unread else None
             whole = any(unread.colour is None for unread in slots.values())
             with cycles_scene("PRT Colours") as scene, selected_alone(scene, mesh) as stand_in:
                 stand_in.matrix_world = self._matrix.T.tolist()  # bpy wants columns
                 stand_in.color, stand_in.pass_index = self._colour, self._pass_index
+                for name, value in self._properties.items():
+                    stand_in[name] = value
                 diffuse = _baked(mesh, "DIFFUSE")
                 glossy = _baked(mesh, "GLOSSY") if whole else np.zeros_like(diffuse)
         except (RuntimeError, TypeError):  # the operator refuses; the engine is not registered
@@ -106,6 +106,7 @@ class ColourRequest:
             for copy in copies:
                 remove_parts(copy.node_tree)
                 bpy.data.materials.remove(copy)
+            bpy.data.batch_remove(groups)
         opacity = diffuse[:, 3:]
         opaque = np.where(opacity > 0.0, opacity, np.float32(1.0))
         colour: Float32 = (diffuse[:, :3] + glossy[:, :3]) / opaque
@@ -161,6 +162,27 @@ def _same_everywhere(tree: bpy.types.NodeTree | None) -> bool:
         if node.bl_idname == "ShaderNodeGroup" and not _same_everywhere(node.node_tree):
             return False
     return True
+
+
+def _plain_properties(ob: bpy.types.Object) -> dict[str, object]:
+    """The custom properties that an Attribute node can read: numbers and lists of them."""
+    return {
+        name: value for name, value in ob.items() if isinstance(value, (bool, int, float)) or hasattr(value, "to_list")
+    }
+
+
+def _as_bounced(
+    unread: Unread, copies: list[bpy.types.Material], groups: list[bpy.types.NodeTree]
+) -> bpy.types.Material:
+    """A material as light sees it that bounces; copies that this takes are noted."""
+    asks = unread.material.node_tree and asks_light_path(unread.material.node_tree)
+    if not unread.colour and not asks:
+        return unread.material
+    copy = _matte_copy(unread.material, unread.colour) if unread.colour else unread.material.copy()
+    copies.append(copy)
+    if asks:
+        answer_light_path(copy.node_tree, groups)
+    return copy
 
 
 def _matte_copy(material: bpy.types.Material, colour: Colour) -> bpy.types.Material:

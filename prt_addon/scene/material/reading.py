@@ -89,6 +89,9 @@ class MaterialReading:
     why_not: str = ""
 
 
+PART = "prt_part"
+"""Custom property of nodes that we add beside those; of copies of groups, the name of the group."""
+
 OURS = "prt_were_active"
 """Custom property of the output that we add: the names of the outputs that were active before it, a line each."""
 
@@ -121,7 +124,7 @@ def own_output(tree: bpy.types.NodeTree, engine: Engine) -> bpy.types.Node | Non
 
     One that is made for the engine comes before one for all, and among equals the active one.
     """
-    outputs = [node for node in tree.nodes if node.bl_idname == "ShaderNodeOutputMaterial"]
+    outputs = [node for node in tree.nodes if node.bl_idname == "ShaderNodeOutputMaterial" and PART not in node]
     ours = next((node for node in outputs if OURS in node), None)
     were_active = ours[OURS].split("\n") if ours else [node.name for node in outputs if node.is_active_output]
     own = [node for node in outputs if node != ours and node.target in {engine, "ALL"}]

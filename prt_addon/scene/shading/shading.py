@@ -15,8 +15,8 @@ from ...core.errors import MeshError
 from ...core.notices import Kind, Notice
 from ..blender.libraries import check_own, is_own
 from ..blender.nodes import HAD_NO_NODES, feeding_socket, nodes_are_on, turn_nodes
-from ..material.colour_nodes import PART, connect, remove_parts, signature
-from ..material.reading import OURS, MaterialReading, has_surface, own_output, read_material
+from ..material.colour_nodes import add_part, connect, remove_parts, signature
+from ..material.reading import OURS, PART, MaterialReading, has_surface, own_output, read_material
 from ..mesh.carrier import transport_mesh
 from ..mesh.layers import is_baked
 from .relight_group import (
@@ -34,6 +34,8 @@ MADE = "prt_made"
 _COLOUR = "prt_colour"
 """Custom property of our group node: the signature of the colour that it is fed with."""
 _SLOT_ADDED = "prt_slot_added"
+VIEWPORT = "prt_viewport_colour"
+"""Custom property of the output that we add for Cycles to a material that had no nodes."""
 
 
 _FOREIGN = Kind(
@@ -170,6 +172,7 @@ def follow_base_colour(material: bpy.types.Material, anew: bool = False) -> None
     )
     group = next((node for node in groups if not is_newer(node.node_tree)), None)
     if group:
+        _follow_viewport_colour(material)
         _feed_colour(material.node_tree, group, read_material(material, "EEVEE"), anew)
 
 
@@ -187,7 +190,7 @@ def _feed_colour(tree: bpy.types.NodeTree, group: bpy.types.Node, reading: Mater
         return
     for link in list(entry.links):
         tree.links.remove(link)
-    remove_parts(tree)
+    remove_parts(tree, but=VIEWPORT)
     connect(tree, reading.colour, entry)
     group[_COLOUR] = wanted
     for row, node in enumerate(node for node in tree.nodes if PART in node):
@@ -204,6 +207,7 @@ def _add_to_material(material: bpy.types.Material) -> list[Notice]:
     if not nodes_are_on(material):
         material[HAD_NO_NODES] = True
         turn_nodes(material, True)
+        _show_viewport_colour(material)
     tree = material.node_tree
     output = own_output(tree, "EEVEE")
 
@@ -214,7 +218,10 @@ def _add_to_material(material: bpy.types.Material) -> list[Notice]:
     ours.target, ours.name, ours.label = "EEVEE", OUTPUT, "PRT (EEVEE)"
     ours[OURS] = "\n".join(active)
     tree.links.new(group.outputs["Surface"], ours.inputs["Surface"])
-    if output:
+    if material.get(HAD_NO_NODES):
+        matte = next(node for node in tree.nodes if VIEWPORT in node).inputs["Surface"].links[0].from_socket
+        tree.links.new(matte, group.inputs["Unbaked"])
+    elif output:
         _share_links(tree, output, ours, group)
     for node in (group, ours):
         node.select = False
@@ -223,8 +230,27 @@ def _add_to_material(material: bpy.types.Material) -> list[Notice]:
     return [Notice(_GREY, material.name, {"why": reading.why_not})] if reading.why_not else []
 
 
+def _show_viewport_colour(material: bpy.types.Material) -> None:
+    """What Cycles shows of a material without nodes, as nodes: a matte surface of its viewport colour."""
+    tree = material.node_tree
+    shader = add_part(tree, "ShaderNodeBsdfDiffuse")
+    shader.inputs["Color"].default_value = material.diffuse_color
+    output = add_part(tree, "ShaderNodeOutputMaterial")
+    output.target, output.is_active_output = "CYCLES", True
+    output[VIEWPORT] = True
+    tree.links.new(shader.outputs[0], output.inputs["Surface"])
+
+
+def _follow_viewport_colour(material: bpy.types.Material) -> None:
+    for node in material.node_tree.nodes if material.get(HAD_NO_NODES) else ():
+        if VIEWPORT in node and node.inputs["Surface"].is_linked:
+            entry = node.inputs["Surface"].links[0].from_node.inputs["Color"]
+            if tuple(entry.default_value) != tuple(material.diffuse_color):
+                entry.default_value = material.diffuse_color
+
+
 def _outputs(tree: bpy.types.NodeTree) -> list[bpy.types.Node]:
-    return [node for node in tree.nodes if node.bl_idname == "ShaderNodeOutputMaterial"]
+    return [node for node in tree.nodes if node.bl_idname == "ShaderNodeOutputMaterial" and PART not in node]
 
 
 def _share_links(tree: bpy.types.NodeTree, output: bpy.types.Node, ours: bpy.types.Node, group: bpy.types.Node) -> None:

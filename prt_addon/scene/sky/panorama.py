@@ -21,6 +21,7 @@ import numpy.typing as npt
 from ...core.errors import LightError
 from ...core.sky.texel_means import Radiance, equirect_means
 from ..blender.cycles_scene import cycles_scene, selected_alone
+from ..blender.light_path import answer_light_path
 from ..blender.nodes import feeding_socket, has_loop
 from ..mesh.meshes import layer_array
 from .sky import Sky, output_of
@@ -29,8 +30,6 @@ Float32 = npt.NDArray[np.float32]
 
 _NAME = "PRT Panorama"
 _LAYER = "prt_radiance"
-_DIFFUSE_RAY = {"Is Diffuse Ray": 1.0, "Is Reflection Ray": 1.0, "Ray Depth": 1.0, "Diffuse Depth": 1.0}
-"""What Light Path says of a ray that left a matte surface; 0 for all else."""
 
 
 def panorama(sky: Sky, height: int = 512) -> Float32:
@@ -119,34 +118,10 @@ def _neutralise(world: bpy.types.World, sky: Sky, groups: list[bpy.types.NodeTre
         for link in list(strength.links):
             tree.links.remove(link)
         strength.default_value = 1.0
-    _answer_light_path(tree, groups)
+    answer_light_path(tree, groups)
 
 
 def _bypass(tree: bpy.types.NodeTree, mapping: bpy.types.Node) -> None:
     source = feeding_socket(mapping.inputs["Vector"])
     for link in list(mapping.outputs[0].links):
         tree.links.new(source, link.to_socket)
-
-
-def _answer_light_path(tree: bpy.types.NodeTree, groups: list[bpy.types.NodeTree]) -> None:
-    """Replace Light Path nodes by numbers, in copies of the groups too that hold some."""
-    for node in list(tree.nodes):
-        group = getattr(node, "node_tree", None)
-        if group and _asks_light_path(group):
-            node.node_tree = group.copy()
-            groups.append(node.node_tree)
-            _answer_light_path(node.node_tree, groups)
-        if node.bl_idname == "ShaderNodeLightPath":
-            for output in node.outputs:
-                for link in list(output.links):
-                    value = tree.nodes.new("ShaderNodeValue").outputs[0]
-                    value.default_value = _DIFFUSE_RAY.get(output.name, 0.0)
-                    tree.links.new(value, link.to_socket)
-
-
-def _asks_light_path(tree: bpy.types.NodeTree) -> bool:
-    return any(
-        node.bl_idname == "ShaderNodeLightPath"
-        or (getattr(node, "node_tree", None) and _asks_light_path(node.node_tree))
-        for node in tree.nodes
-    )

@@ -268,3 +268,103 @@ def test_light_takes_on_the_colour_it_bounced_off(blender, part, scene, stage):
     redness = transport[:, 0, 0] / transport[:, 0, 2]
     near, far = redness[np.abs(x + 1.8) < 0.15].mean(), redness[x > 1.9].mean()
     assert near > 1.15 > 1.05 > far >= 1.0
+
+
+@pytest.mark.parametrize("kind", ["POINT", "TEXTURE", "VECTOR"])
+def test_a_mapped_texture_on_four_vertices(blender, part, scene, stage, kind):
+    """The picture is looked up where Cycles does, and not at the vertices alone."""
+    ob = stage.object_of("Floor", stage.grid(1, 1.0), stage.diffuse("Tiles"))
+    layer = ob.data.uv_layers.new()
+    layer.data.foreach_set("uv", np.array([[0, 0], [1, 0], [1, 1], [0, 1]], dtype=np.float32).ravel())
+    tree = ob.data.materials[0].node_tree
+    texture, mapping, uv = (tree.nodes.new(f"ShaderNode{name}") for name in ("TexImage", "Mapping", "UVMap"))
+    texture.image = stage.picture("Texels", np.random.default_rng(3).random((16, 16, 3)))
+    texture.interpolation = "Closest"
+    mapping.vector_type = kind
+    values = {"Location": (0.3, -0.2, 0.1), "Rotation": (0.2, -0.1, 0.7), "Scale": (1.7, 0.6, 1.0)}
+    for name, value in values.items():
+        if name in mapping.inputs:
+            mapping.inputs[name].default_value = value
+    tree.links.new(uv.outputs[0], mapping.inputs["Vector"])
+    tree.links.new(mapping.outputs[0], texture.inputs["Vector"])
+    shader = next(node for node in tree.nodes if node.bl_idname == "ShaderNodeBsdfDiffuse")
+    tree.links.new(texture.outputs["Color"], shader.inputs["Color"])
+    albedo, plan = plan_albedo(part, blender, ob)
+    assert not plan.notices
+
+    fine = stage.object_of("Fine", stage.grid(24, 1.0), ob.data.materials[0], (5, 0, 0))
+    places = np.array([list(vertex.co) for vertex in fine.data.vertices])
+    corner = np.array([loop.vertex_index for loop in fine.data.loops])
+    fine.data.uv_layers.new().data.foreach_set("uv", ((places[corner, :2] + 1) / 2).astype(np.float32).ravel())
+    request = part("cycles_colour").ColourRequest(
+        fine.evaluated_get(blender.context.evaluated_depsgraph_get()),
+        np.eye(4),
+        {0: part("cycles_colour").Unread(ob.data.materials[0])},
+    )
+    truth = request.corner_colours()
+    request.close()
+    corners = np.array([list(v.co) for v in ob.data.vertices])
+    triangle_corner = [list(triangle.vertices) for triangle in ob.data.loop_triangles]
+    inside, agree = 0, 0
+    for row, vertices in enumerate(triangle_corner):
+        a, b, c = corners[vertices][:, :2]
+        uvs = np.linalg.solve(np.stack([b - a, c - a], axis=1), (places[:, :2] - a).T).T
+        keep = (uvs > 0.01).all(axis=1) & (uvs.sum(axis=1) < 0.99)
+        found = albedo.at(np.full(keep.sum(), row), *uvs[keep].T.astype(np.float32))
+        by_vertex = np.zeros((len(places), 3))
+        by_vertex[corner] = truth
+        inside += keep.sum()
+        agree += np.isclose(found, by_vertex[keep], atol=2e-3).all(axis=1).sum()
+    assert inside > 400 and agree > 0.97 * inside, "texels' edges round either way"
+
+
+def test_colours_from_custom_properties(blender, part, scene, stage):
+    """An object's own, and the scene's, as Attribute nodes read them."""
+    for kind, owner in (("OBJECT", None), ("VIEW_LAYER", scene)):
+        material = stage.diffuse(kind)
+        tree = material.node_tree
+        attribute = tree.nodes.new("ShaderNodeAttribute")
+        attribute.attribute_type, attribute.attribute_name = kind, "paint"
+        shader = next(node for node in tree.nodes if node.bl_idname == "ShaderNodeBsdfDiffuse")
+        tree.links.new(attribute.outputs["Color"], shader.inputs["Color"])
+        ob = stage.object_of(kind, stage.grid(1), material)
+        (owner or ob)["paint"] = [0.1, 0.4, 0.7]
+        albedo, _ = plan_albedo(part, blender, ob)
+        np.testing.assert_allclose(albedo.at(np.array([0]), *middle())[0], (0.1, 0.4, 0.7), atol=2e-3, err_msg=kind)
+        blender.data.objects.remove(ob)
+
+
+def test_what_the_camera_alone_sees_does_not_bounce(blender, part, scene, stage):
+    """Light Path mixes a colour for the camera with one for light."""
+    material = stage.diffuse("Two-faced")
+    tree = material.node_tree
+    path, mix = tree.nodes.new("ShaderNodeLightPath"), tree.nodes.new("ShaderNodeMix")
+    mix.data_type = "RGBA"
+    entries = {entry.identifier: entry for entry in mix.inputs}
+    entries["A_Color"].default_value, entries["B_Color"].default_value = (0.1, 0.6, 0.2, 1), (0.9, 0, 0, 1)
+    tree.links.new(path.outputs["Is Camera Ray"], entries["Factor_Float"])
+    shader = next(node for node in tree.nodes if node.bl_idname == "ShaderNodeBsdfDiffuse")
+    result = next(output for output in mix.outputs if output.identifier == "Result_Color")
+    tree.links.new(result, shader.inputs["Color"])
+    ob = stage.object_of("Floor", stage.grid(1), material)
+    before = whereabouts(blender)
+    albedo, _ = plan_albedo(part, blender, ob)
+    np.testing.assert_allclose(albedo.at(np.array([0]), *middle())[0], (0.1, 0.6, 0.2), atol=2e-3)
+    assert whereabouts(blender) == before
+
+
+def test_a_texture_is_decoded_once(blender, part, scene, stage, monkeypatch):
+    """Twenty planes with one picture hold it once."""
+    material = stage.diffuse("Tiles")
+    texture = material.node_tree.nodes.new("ShaderNodeTexImage")
+    texture.image = stage.picture("Texels", np.random.default_rng(3).random((16, 16, 3)))
+    shader = next(node for node in material.node_tree.nodes if node.bl_idname == "ShaderNodeBsdfDiffuse")
+    material.node_tree.links.new(texture.outputs["Color"], shader.inputs["Color"])
+    for x in range(20):
+        stage.object_of(f"Plane {x}", stage.grid(1), material, (3.0 * x, 0, 0)).data.uv_layers.new()
+    module, read = part("albedo"), []
+    decode = module.linear_pixels
+    monkeypatch.setattr(module, "linear_pixels", lambda image: read.append(image) or decode(image))
+    albedo, _ = plan_albedo(part, blender, scene.objects[0])
+    assert len(read) == 1 and len(albedo.patterns) == 20
+    assert len({id(pattern.image) for pattern in albedo.patterns}) == 1
