@@ -241,3 +241,84 @@ def test_broken_texels_and_folders_are_refused(blender, scene, stage, tmp_path):
         blender.ops.prt.import_cubemap(directory=str(write_float(stage, tmp_path / "Sky", faces)))
     with pytest.raises(RuntimeError, match=r"nowhere.*cannot be used"):
         blender.ops.prt.import_cubemap(directory=str(tmp_path / "nowhere"))
+
+
+SCHEMES = [
+    "px nx py ny pz nz",
+    "right left top bottom front back",
+    "sky_rt sky_lf sky_up sky_dn sky_ft sky_bk",
+    "Studio-PosX Studio-NegX Studio-PosY Studio-NegY Studio-PosZ Studio-NegZ",
+    "skyright skyleft skytop skybottom skyfront skyback",
+    "x+ x- y+ y- z+ z-",
+    "posx_4k negx_4k posy_4k negy_4k posz_4k negz_4k",
+]
+
+
+@pytest.mark.parametrize("names", SCHEMES)
+def test_faces_by_all_usual_names(blender, part, scene, tmp_path, names):
+    """What the sites that offer cube maps call them; another picture in the folder does no harm."""
+    faces = noise()
+    write_encoded(tmp_path / "plain", faces, ".png")
+    renamed = write_encoded(tmp_path / "other", dict(zip(names.split(), faces.values(), strict=True)), ".png")
+    Image.fromarray(faces["posx"]).save(renamed / "thumbnail.png")
+    lights = []
+    for folder in ("plain", "other"):
+        blender.ops.prt.import_cubemap(directory=str(tmp_path / folder))
+        lights.append(part("light").read_light(scene.world))
+    np.testing.assert_array_equal(*lights)
+
+
+def composed(faces, layout):
+    """One picture of six faces, put together by hand."""
+    size = len(faces["posx"])
+    if layout == "cross":
+        whole, places = np.zeros((3 * size, 4 * size, 3)), "posy 0 1 negx 1 0 posz 1 1 posx 1 2 negz 1 3 negy 2 1"
+    elif layout == "upright cross":
+        whole, places = np.zeros((4 * size, 3 * size, 3)), "posy 0 1 negx 1 0 posz 1 1 posx 1 2 negy 2 1 negz 3 1"
+    else:
+        whole, places = np.zeros((size, 6 * size, 3)), " ".join(f"{name} 0 {k}" for k, name in enumerate(FACES))
+        if layout == "column":
+            return composed(faces, "strip").reshape(size, 6, size, 3).swapaxes(0, 1).reshape(6 * size, size, 3)
+    words = places.split()
+    for name, row, column in zip(words[::3], map(int, words[1::3]), map(int, words[2::3]), strict=True):
+        face = faces[name][::-1, ::-1] if (layout, name) == ("upright cross", "negz") else faces[name]
+        whole[row * size : (row + 1) * size, column * size : (column + 1) * size] = face
+    return whole
+
+
+@pytest.mark.parametrize("layout", ["cross", "upright cross", "strip", "column"])
+def test_one_picture_with_all_faces(blender, part, scene, tmp_path, layout):
+    faces = noise()
+    write_encoded(tmp_path / "six", faces, ".png")
+    Image.fromarray(composed(faces, layout).astype(np.uint8)).save(tmp_path / "whole.png")
+    lights = []
+    for given in ({"directory": str(tmp_path / "six")}, {"filepath": str(tmp_path / "whole.png")}):
+        blender.ops.prt.import_cubemap(**given)
+        lights.append(part("light").read_light(scene.world))
+    np.testing.assert_array_equal(*lights)
+    assert scene.world.name == "whole"
+
+
+@pytest.mark.parametrize("layout", ["cross", "upright cross"])
+def test_crosses_have_no_seams(part, layout):
+    """A smooth sky is smooth across the edges at which faces of a cross meet: they lie as they fold."""
+    size = 32
+    v, u = np.meshgrid(*[(np.arange(size) + 0.5) / size * 2 - 1] * 2, indexing="ij")
+    faces = {}
+    for name, table in zip(FACES, part("cube_map")._TABLES["OPENGL"], strict=True):
+        right, down, middle = table
+        directions = u[..., None] * right + v[..., None] * down + middle
+        directions /= np.linalg.norm(directions, axis=-1, keepdims=True)
+        faces[name] = directions @ np.array([[1.0, 0.2, -0.4], [0.3, -1.0, 0.5], [-0.2, 0.6, 1.0]])
+    whole = composed(faces, layout)
+    filled = composed({name: np.ones_like(face) for name, face in faces.items()}, layout) > 0
+    for axis in (0, 1):
+        step = np.abs(np.diff(whole, axis=axis))
+        both = filled.take(range(1, whole.shape[axis]), axis) & filled.take(range(whole.shape[axis] - 1), axis)
+        assert step[both].max() < 3.0 * 2.0 / size
+
+
+def test_a_picture_that_is_no_cube_map_is_refused(blender, scene, tmp_path):
+    Image.fromarray(np.zeros((10, 30, 3), dtype=np.uint8)).save(tmp_path / "wide.png")
+    with pytest.raises(RuntimeError, match="30 x 10 is no cube map"):
+        blender.ops.prt.import_cubemap(filepath=str(tmp_path / "wide.png"))

@@ -62,6 +62,28 @@ def project_equirect(
     return light
 
 
+def without_broken(pixels: npt.NDArray[np.float32]) -> tuple[npt.NDArray[np.float32], int]:
+    """Leave texels out that are not finite: they become black.
+
+    Args:
+        pixels: (height, width, 3), changed in place where it can be.
+
+    Returns:
+        The picture, and how many texels were left out.
+    """
+    count = 0
+    for first in range(0, len(pixels), _ROWS_AT_A_TIME):
+        rows = pixels[first : first + _ROWS_AT_A_TIME]
+        broken = ~np.isfinite(rows).all(axis=2)
+        if broken.any():
+            if not pixels.flags.writeable:
+                pixels = pixels.copy()
+                rows = pixels[first : first + _ROWS_AT_A_TIME]
+            rows[broken] = 0.0
+            count += int(broken.sum())
+    return pixels, count
+
+
 def project_mirror_ball(pixels: npt.NDArray[np.float32] | Array, order: int = sh.ORDER) -> Array:
     """Project a photograph of a mirror ball, every texel that shows the ball, onto spherical harmonics.
 

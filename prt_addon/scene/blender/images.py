@@ -6,11 +6,12 @@ from __future__ import annotations
 import bpy
 import numpy as np
 import numpy.typing as npt
+from mathutils import Color
 
 from ...core.errors import PictureError
 from ...core.sky.projection import srgb_to_linear
 
-LINEAR_COLOURSPACES = {"Non-Color", "Linear Rec.709", "Linear", "scene_linear", "Raw"}
+LINEAR_COLOURSPACES = {"Linear Rec.709", "Linear", "scene_linear", "Raw"}
 _ROWS_AT_A_TIME = 64
 
 
@@ -37,11 +38,9 @@ def linear_pixels(image: bpy.types.Image, opaque: bool = False) -> npt.NDArray[n
     width, height = image.size  # reading the size loads the file
     if not width or not height:
         raise missing(image)
-    encoding = image.colorspace_settings.name
-    linear = image.is_float or encoding in LINEAR_COLOURSPACES
-    known = linear or encoding == "sRGB"
-    in_rec709 = not image.is_float and encoding != "Non-Color"
-    if not known or (in_rec709 and not _works_in_rec709()):
+    encoding, is_data = image.colorspace_settings.name, image.colorspace_settings.is_data
+    linear = image.is_float or is_data or encoding in LINEAR_COLOURSPACES
+    if not linear and encoding != "sRGB":
         raise Undecodable(
             f"Image '{image.name}' has colour space '{encoding}': use a float image (.exr, .hdr), or set it to sRGB or "
             "Non-Color."
@@ -52,15 +51,19 @@ def linear_pixels(image: bpy.types.Image, opaque: bool = False) -> npt.NDArray[n
     pixels = flat.reshape(height, width, channels)
     if opaque and not image.is_float and channels == 4 and pixels[..., 3].min() < 1.0:
         raise Undecodable(f"Image '{image.name}' is transparent in places: use an opaque picture.")
-    rgb = pixels[..., :3] if channels >= 3 else np.broadcast_to(pixels[..., :1], (height, width, 3))
-    if linear:
+    rgb = pixels[..., :3] if channels >= 3 else np.repeat(pixels[..., :1], 3, axis=2)
+    if image.is_float or is_data:
         return rgb
-    if channels < 3:
-        return srgb_to_linear(rgb)
     for first in range(0, height, _ROWS_AT_A_TIME):  # in place: copies of a whole large picture do not fit
         rows = rgb[first : first + _ROWS_AT_A_TIME]
-        rows[:] = srgb_to_linear(rows)
+        rows[:] = to_scene_linear(rows if linear else srgb_to_linear(rows))
     return rgb
+
+
+def to_scene_linear(rec709: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+    """(..., 3) linear light with Rec.709's primaries, as sRGB has, in those of the file: since 5.0 a file has its own."""
+    basis = np.array([Color(axis).from_rec709_linear_to_scene_linear()[:] for axis in np.eye(3)], dtype=np.float32)
+    return rec709 if np.allclose(basis, np.eye(3), atol=1e-4) else rec709 @ basis
 
 
 def write_pixels(image: bpy.types.Image, pixels: npt.NDArray[np.float32]) -> None:
@@ -84,9 +87,3 @@ def missing(image: bpy.types.Image) -> PictureError:
     return PictureError(
         f"Image '{image.name}' cannot be read from '{image.filepath}': find the missing file or open another."
     )
-
-
-def _works_in_rec709() -> bool:
-    """Whether scene-linear light has Rec.709's primaries, as sRGB has; before 5.0 it always has."""
-    colorspace = getattr(bpy.data, "colorspace", None)
-    return colorspace is None or colorspace.working_space == "Linear Rec.709"

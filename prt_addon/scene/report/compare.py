@@ -141,7 +141,7 @@ def _loaded(path: Path, encoded: bool = False) -> Float32:
     image = bpy.data.images.load(str(path), check_existing=False)
     try:
         if encoded:
-            image.colorspace_settings.name = "Non-Color"
+            image.colorspace_settings.is_data = True
         width, height = image.size
         flat = np.empty(width * height * image.channels, dtype=np.float32)
         image.pixels.foreach_get(flat)

@@ -8,25 +8,29 @@ from pathlib import Path
 import bpy
 
 from ...core.errors import PictureError
+from ...core.sky.cube_layout import face_of, faces_in
 from ...core.sky.cube_map import FACES, Picture, Table, decode
-from ..blender.images import float_image, linear_pixels
+from ..blender.images import float_image, linear_pixels, to_scene_linear
 from ..blender.nodes import turn_nodes
 
-_FLOAT, _ENCODED = (".exr", ".hdr"), (".png", ".jpg", ".jpeg")
+_FLOAT, _ENCODED = (".exr", ".hdr"), (".png", ".tif", ".tiff", ".tga", ".bmp", ".webp", ".jpg", ".jpeg")
 
 
-def read_faces(directory: Path, table: Table) -> dict[str, Picture]:
-    """Read posx, negx, posy, negy, posz and negz from a folder; of several sets, the one of the richest type.
+def read_faces(source: Path, table: Table) -> dict[str, Picture]:
+    """Read a cube map: six pictures in a folder, by any of the usual names (`core.sky.cube_layout`), or one picture that
+    holds all faces as a cross or a strip. Of several sets in a folder, the one of the richest type.
 
     Returns:
-        By name, (height, width, 3) float32 linear radiance, top row first. .exr and .hdr are linear already; .png and
-        .jpg are decoded as `core.sky.cube_map.decode` does for the table.
+        By name, (height, width, 3) float32 linear radiance, top row first. .exr and .hdr are linear already; .png, .jpg
+        and the like are decoded as `core.sky.cube_map.decode` does for the table.
 
     Raises:
-        PictureError: if a face is missing or cannot be read.
+        PictureError: if a face is missing or cannot be read, or the one picture is no cube map.
         OSError: if the folder cannot be read.
     """
-    return {name: _read_face(path, table) for name, path in _face_files(directory).items()}
+    if source.is_file():
+        return faces_in(_read_face(source, table))
+    return {name: _read_face(path, table) for name, path in _face_files(source).items()}
 
 
 def set_up_world(scene: bpy.types.Scene, name: str, picture: Picture) -> bpy.types.World:
@@ -56,16 +60,19 @@ def set_up_world(scene: bpy.types.Scene, name: str, picture: Picture) -> bpy.typ
 
 
 def _face_files(directory: Path) -> dict[str, Path]:
-    sets: dict[str, dict[str, Path]] = {suffix: {} for suffix in (*_FLOAT, *_ENCODED)}
+    endings = (*_FLOAT, *_ENCODED)
+    sets: dict[tuple[int, str], dict[str, Path]] = {}
     for path in sorted(directory.iterdir()):
-        name, suffix = path.stem.lower(), path.suffix.lower()
-        if name in FACES and suffix in sets:
-            sets[suffix][name] = path
-    fullest = max(sets.values(), key=len)  # the first of them
+        suffix = path.suffix.lower()
+        found = face_of(path.stem) if suffix in endings else None
+        if found:
+            face, rest = found
+            sets.setdefault((endings.index(suffix), rest), {}).setdefault(face, path)
+    fullest = max((sets[key] for key in sorted(sets)), key=len, default={})  # the first of them
     if missing := [name for name in FACES if name not in fullest]:
         raise PictureError(
-            f"Folder '{directory}' lacks {', '.join(missing)}: a cube map is six pictures {', '.join(FACES)}, all .exr, "
-            ".hdr, .png or .jpg."
+            f"Folder '{directory}' lacks {', '.join(missing)}: a cube map is six pictures {', '.join(FACES)} (or px ... nz, "
+            "right, left, top, bottom, front, back), all of one type, or one picture that is a cross or a strip."
         )
     return {name: fullest[name] for name in FACES}
 
@@ -80,8 +87,8 @@ def _read_face(path: Path, table: Table) -> Picture:
         image.alpha_mode = "CHANNEL_PACKED"  # colours as they are in the file
         encoded = path.suffix.lower() in _ENCODED
         if encoded:
-            image.colorspace_settings.name = "Non-Color"  # 16-bit pictures would be decoded by Blender
+            image.colorspace_settings.is_data = True  # 16-bit pictures would be decoded by Blender
         pixels = linear_pixels(image)[::-1]
-        return decode(pixels, table) if encoded else pixels
+        return to_scene_linear(decode(pixels, table)) if encoded else pixels
     finally:
         bpy.data.images.remove(image)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ...core.sky.projection import project_equirect, project_mirror_ball
+from ...core.sky.projection import project_equirect, project_mirror_ball, without_broken
 from ...core.sphere import sh, window
 from ..blender.images import Undecodable, linear_pixels
 from .identity import SkyIdentity, identity
@@ -81,13 +81,32 @@ def projected(sky: Sky, light: Array, by: str, windowing: Windowing) -> Projecti
 
 def _seen(sky: Sky) -> tuple[Array, str]:
     """The light (9, 3), and how it was seen."""
-    pixels = _texels(sky)
-    if sky.texture and pixels is not None:
-        ball = sky.texture.projection == "MIRROR_BALL"
+    found = _texels(sky)
+    if sky.texture and found is not None:
+        pixels, broken = found
+        image, ball = sky.texture.image, sky.texture.projection == "MIRROR_BALL"
         smooth = sky.texture.interpolation != "Closest"
         light = project_mirror_ball(pixels) if ball else project_equirect(pixels, interpolated=smooth)
-        return light, f"Projected '{sky.texture.image.name}' into the light of world '{sky.world.name}'"
-    return project_equirect(panorama(sky)), f"Rendered world '{sky.world.name}' to a panorama and projected it"
+        way = f"Projected '{image.name}' into the light of world '{sky.world.name}'"
+        return light, way + _left_out(broken, pixels) + ("" if ball else _stretched(pixels))
+    pixels, broken = without_broken(panorama(sky))
+    way = f"Rendered world '{sky.world.name}' to a panorama and projected it"
+    return project_equirect(pixels), way + _left_out(broken, pixels)
+
+
+def _left_out(broken: int, pixels: Float32) -> str:
+    """What to say of texels that are no numbers; nothing if there are none."""
+    if not broken:
+        return ""
+    return f", without {broken:,} of {pixels.shape[0] * pixels.shape[1]:,} texels, which are not finite"
+
+
+def _stretched(pixels: Float32) -> str:
+    """What to say of a picture that shows no whole sky at its own proportions."""
+    height, width = pixels.shape[:2]
+    if abs(width - 2 * height) <= 1:
+        return ""
+    return f" (it is {width} x {height} and no 2:1 panorama, so that it is shown stretched)"
 
 
 def sky_picture(sky: Sky) -> Float32:
@@ -96,15 +115,17 @@ def sky_picture(sky: Sky) -> Float32:
     Raises:
         PictureError, LightError: as `project`.
     """
-    pixels = _texels(sky) if sky.texture and sky.texture.projection == "EQUIRECTANGULAR" else None
-    return panorama(sky) if pixels is None else pixels
+    found = _texels(sky) if sky.texture and sky.texture.projection == "EQUIRECTANGULAR" else None
+    return without_broken(panorama(sky))[0] if found is None else found[0]
 
 
-def _texels(sky: Sky) -> Float32 | None:
-    """(height, width, 3) of the picture that it is; None if it is more than that, or Blender alone can decode it."""
+def _texels(sky: Sky) -> tuple[Float32, int] | None:
+    """(height, width, 3) of the picture that it is, and how many of them were left out; None if it is more than that, or
+    Blender alone can decode it.
+    """
     if sky.texture is None:
         return None
     try:
-        return linear_pixels(sky.texture.image, opaque=True)
+        return without_broken(linear_pixels(sky.texture.image, opaque=True))
     except Undecodable:
         return None

@@ -146,3 +146,54 @@ def test_multilayer_pictures_are_evaluated(blender, part, scene, stage, sky, tex
     texture.image = bpy.data.images.load(str(tmp_path / "layers.exr"))
     found = part("sky").read_sky(scene)
     assert found.texture is None and np.isfinite(light_of(part, scene)).all()
+
+
+def test_texels_that_are_no_numbers_are_left_out_and_counted(blender, part, scene, stage, capfd):
+    """One of them used to cancel the whole bake."""
+    pixels = stage.six_coloured_sky(64)
+    whole = stage.environment(stage.picture("Whole", pixels)) and light_of(part, scene)
+    pixels = pixels.copy()
+    pixels[3, :4] = np.nan
+    pixels[20, 5, 1] = np.inf
+    stage.environment(stage.picture("Broken", pixels))
+    stage.object_of("Ball", stage.icosphere(1), stage.diffuse())
+    assert blender.ops.prt.bake(mode="UNSHADOWED") == {"FINISHED"}
+    assert "without 5 of 2,048 texels, which are not finite" in capfd.readouterr().out
+    np.testing.assert_allclose(part("light").read_light(scene.world), whole, atol=0.1)
+
+
+def test_a_picture_that_is_no_panorama_is_said(blender, part, scene, stage, capfd):
+    stage.environment(stage.picture("Square", np.ones((16, 16, 3))))
+    blender.ops.prt.project_light()
+    assert "16 x 16 and no 2:1 panorama" in capfd.readouterr().out
+
+
+@pytest.mark.skipif(bpy.app.version < (5, 0, 0), reason="files have no working space of their own yet")
+@pytest.mark.parametrize("space", ["ACEScg", "Linear Rec.2020"])
+def test_skies_in_other_working_spaces(blender, part, scene, stage, tmp_path, space):
+    """A PNG and a cube map light as Cycles renders them."""
+    rng = np.random.default_rng(0)
+    path = tmp_path / "sky.png"
+    image = bpy.data.images.new("Sky", 32, 16)
+    image.pixels.foreach_set(np.dstack([rng.random((16, 32, 3)), np.ones((16, 32))]).astype(np.float32).ravel())
+    image.filepath_raw, image.file_format = str(path), "PNG"
+    image.save()
+    for face in ("posx", "negx", "posy", "negy", "posz", "negz"):
+        side = bpy.data.images.new(face, 8, 8)
+        colour = np.r_[rng.random(3), 1.0]
+        side.pixels.foreach_set(np.tile(colour, 64).astype(np.float32))
+        side.filepath_raw, side.file_format = str(tmp_path / f"{face}.png"), "PNG"
+        side.save()
+    blender.ops.wm.set_working_color_space(working_space=space, convert_colors=False)
+    floor = stage.object_of("Floor", stage.grid(1, 2.0), stage.diffuse("White", (1.0, 1.0, 1.0)))
+    stage.top_camera(1.0, 16)
+    for kind in ("picture", "cube map"):
+        if kind == "picture":
+            stage.environment(bpy.data.images.load(str(path)))
+        else:
+            blender.ops.prt.import_cubemap(directory=str(tmp_path))
+        blender.ops.prt.bake(mode="UNSHADOWED")
+        truth = stage.render(tmp_path / "truth.exr", "CYCLES", 1024)[..., :3].mean(axis=(0, 1))
+        here = stage.render(tmp_path / "here.exr")[..., :3].mean(axis=(0, 1))
+        np.testing.assert_allclose(here, truth, rtol=0.02, err_msg=kind)
+    assert floor
