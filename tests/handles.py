@@ -11,6 +11,7 @@ WHERE = {
     "choose": "scene.bake.choose",
     "cube_map": "core.sky.cube_map",
     "cycles_colour": "scene.material.cycles_colour",
+    "derived": "scene.mesh.derived",
     "equirect_projection": "core.sky.projection",
     "errors": "core.errors",
     "freshness": "scene.bake.freshness",

@@ -53,7 +53,7 @@ def stale(blender, part):
 
     def find():
         blender.context.view_layer.update()
-        meshes = [ob for ob in blender.data.objects if ob.type == "MESH"]
+        meshes = [ob for ob in blender.context.scene.objects if ob.type == "MESH"]
         found = part("freshness").freshness(blender.context, meshes)
         assert {one.state for one in found} <= {"FRESH", "STALE"}
         return {one.name: set(one.causes) for one in found if one.state == "STALE"}
@@ -411,3 +411,42 @@ def test_a_saved_file_stays_fresh(blender, three, bake, stale, tmp_path):
     )
     said = [line for line in run.stdout.splitlines() if line.startswith("CHECKED")]
     assert said == ["CHECKED Ball fresh", "CHECKED Cube fresh", "CHECKED Floor fresh"]
+
+
+def test_made_meshes_are_known_by_what_makes_them(blender, part, scene, stage, three, bake, stale, monkeypatch):
+    """Other last bits at another evaluation make nothing stale; the original, settings and other objects do."""
+    cube = three[2]
+    cube.modifiers.new("Bevel", "BEVEL").segments = 3
+    cube.modifiers.new("Subdivision", "SUBSURF").render_levels = 2
+    bake("SHADOWED")
+    assert stale() == {}
+    derived = part("derived")
+    exact = derived.layer_array
+
+    def shaken(mesh, layer, *rest):
+        values = exact(mesh, layer, *rest)
+        noise = np.random.default_rng().uniform(-5e-7, 5e-7, values.shape).astype(np.float32)
+        return values + noise if mesh.name != cube.data.name or mesh.is_evaluated else values
+
+    monkeypatch.setattr(derived, "layer_array", shaken)
+    for _ in range(3):
+        assert stale() == {}
+    monkeypatch.undo()
+    cube.modifiers["Bevel"].width *= 1.1
+    assert stale() == {"Floor": OTHERS, "Ball": OTHERS, "Cube": GEOMETRY}
+    cube.modifiers["Bevel"].width /= 1.1
+    cube.modifiers["Bevel"].show_expanded = False
+    assert stale() == {}
+    cube.data.vertices[0].co.x += 1e-3
+    assert stale()["Cube"] == GEOMETRY
+    cube.data.vertices[0].co.x -= 1e-3
+    hook = blender.data.objects.new("Hook", None)
+    scene.collection.objects.link(hook)
+    modifier = cube.modifiers.new("Hook", "HOOK")
+    modifier.object = hook
+    modifier.vertex_indices_set([0, 1])
+    cube.modifiers.move(2, 0)
+    bake("SHADOWED")
+    assert stale() == {}
+    hook.location.x = 0.05
+    assert stale()["Cube"] == GEOMETRY

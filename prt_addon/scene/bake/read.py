@@ -370,10 +370,12 @@ def _read_mesh(
     albedos: AlbedoReader,
 ) -> _Draft:
     """Read what is asked for; `place` is where colours are looked up, if that is not the matrix."""
+    original = evaluated.original
+    derived = original.type == "MESH" and not same_topology(original.data, mesh)
     surface, sides = blocking_faces(evaluated, mesh, read_surface(mesh, matrix))
     return _Draft(
         surface,
-        identity(mesh, matrix, sides),
+        identity(mesh, matrix, sides, original if derived else None),
         blocks,
         read_receivers(evaluated.original.name_full, mesh, matrix) if receives else None,
         albedos.read(evaluated, mesh, surface, place) if bounces else None,

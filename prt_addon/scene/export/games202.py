@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from ...core.errors import MeshError
 from ...core.exchange import games202
+from ...core.layout import LAYERS
 from ...core.problem import BakeSettings
 from ...core.sphere.rotation import rotation_matrix
 from ..light import light
@@ -75,7 +76,7 @@ def import_files(ob: bpy.types.Object, world: bpy.types.World, directory: Path) 
 def _to_world(ob: bpy.types.Object) -> npt.NDArray[np.float64]:
     """(9, 9) matrix that takes the coefficients on a baked object into the world's axes."""
     if layers.space_of(transport_mesh(ob)) == "SCENE":
-        return np.eye(len(layers.LAYERS))
+        return np.eye(len(LAYERS))
     return rotation_matrix(own_axes(ob.matrix_world))
 
 

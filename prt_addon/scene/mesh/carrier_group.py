@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import bpy
 
+from ...core.layout import LAYERS
 from ..blender.versions import version_of
-from .layers import LAYERS
 from .meshes import Domain
 
 CARRIER_ENTRY = "Carrier"

@@ -9,13 +9,10 @@ import bpy
 import numpy as np
 import numpy.typing as npt
 
+from ...core.layout import LAYERS
 from ...core.problem import BakeSettings
-from ...core.sphere import sh
 from .meshes import Domain, layer_array
 from .record import RECORD, Evidence, write_record
-
-LAYERS = tuple(f"_PRT_{i}" for i in range(sh.coefficient_count(sh.ORDER)))
-"""The leading underscore lets glTF carry them."""
 
 BAKED_ALPHA = 0.0
 """Alpha of the layers. A mesh without the layer reads alpha 1 in a shader, which is how one material can serve

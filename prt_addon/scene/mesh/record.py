@@ -21,6 +21,7 @@ from ...core.digest import digest
 from ...core.problem import BakeSettings, Mode
 from ...core.sphere import sh
 from ..blender.versions import refuse_newer, version_of
+from .derived import derived_sources
 from .meshes import face_starts
 
 RECORD = "prt_bake"
@@ -168,16 +169,23 @@ def same_transform(one: tuple[float, ...], other: tuple[float, ...]) -> bool:
     return all(abs(a - b) <= _ROUNDING * max(size, abs(a)) for a, b in zip(one, other, strict=True))
 
 
-def identity(mesh: bpy.types.Mesh, matrix: npt.ArrayLike, sides: npt.NDArray[np.int8] | None = None) -> Identity:
+def identity(
+    mesh: bpy.types.Mesh,
+    matrix: npt.ArrayLike,
+    sides: npt.NDArray[np.int8] | None = None,
+    ob: bpy.types.Object | None = None,
+) -> Identity:
     """Digests of an evaluated mesh under a matrix, without colours.
 
     Args:
         sides: (triangles,) from how many sides each blocks light; from both if None.
+        ob: the original object, if modifiers made the mesh of another: see `derived`.
     """
-    faces = [] if sides is None else [sides]
+    faces: list[Any] = [] if sides is None else [sides]
+    shape = [_layer(mesh, "position"), _layer(mesh, ".corner_vert"), face_starts(mesh)]
     return Identity(
-        shape=digest(_layer(mesh, "position"), _layer(mesh, ".corner_vert"), face_starts(mesh), *faces),
-        normals=digest(*_normal_sources(mesh)),
+        shape=digest(*(derived_sources(ob, mesh) if ob else shape), *faces),
+        normals=digest(*_normal_sources(ob.data if ob else mesh)),
         placement=digest(np.asarray(matrix, dtype=np.float32) + np.float32(0.0)),  # -0 becomes 0
         colours=b"",
     )

@@ -11,11 +11,12 @@ from math import sqrt
 
 import bpy
 
+from ...core.layout import LAYERS
 from ..blender.libraries import is_own
 from ..blender.nodes import Graph
 from ..blender.versions import refuse_newer, version_of
 from ..light.light import LIGHT, STRENGTH, TURN
-from ..mesh.layers import LAYERS, SPACE_LAYER
+from ..mesh.layers import SPACE_LAYER
 
 GROUP = "PRT Relight"
 GROUP_VERSION = 1

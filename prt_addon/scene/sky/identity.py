@@ -16,7 +16,11 @@ import bpy
 
 from ...core.digest import digest
 from ..blender.nodes import Wiring
+from ..blender.rna import plain, settings_of
 from .sky import Sky, is_view, looks_along
+
+_NOT_OF_A_KIND = {*bpy.types.Node.bl_rna.properties.keys(), "node_tree"}
+"""What all nodes have: name, place, sockets."""
 
 _HOLDS_NUMBERS = {"ShaderNodeValue", "ShaderNodeRGB", "ShaderNodeNormal"}
 """Nodes whose output's default is what they give."""
@@ -66,7 +70,14 @@ def _graph(sky: Sky, seen: list[bpy.types.Node], images: list[bpy.types.Image]) 
     nodes = [node for node in seen if node != sky.mapping and not _only_view(node, wiring)]
     numbers = {node.as_pointer(): number for number, node in enumerate(nodes)}
     for node in nodes:
-        yield repr([node.bl_idname, node.mute, dict(_settings(node)), list(_values(sky, node, numbers, wiring))])
+        yield repr(
+            [
+                node.bl_idname,
+                node.mute,
+                dict(settings_of(node, _NOT_OF_A_KIND)),
+                list(_values(sky, node, numbers, wiring)),
+            ]
+        )
     if any(image.source in {"MOVIE", "SEQUENCE"} for image in images):
         yield str(bpy.context.scene.frame_current)
 
@@ -87,40 +98,6 @@ def _values(sky: Sky, node: bpy.types.Node, numbers: dict[int, int], wiring: Wir
         elif source:
             yield numbers[source.node.as_pointer()], source.identifier
         elif entry != sky.strength:
-            yield _plain(getattr(entry, "default_value", None))
+            yield plain(getattr(entry, "default_value", None))
     if node.bl_idname in _HOLDS_NUMBERS and node.outputs[0] != sky.strength:
-        yield _plain(node.outputs[0].default_value)
-
-
-def _settings(struct: Any, base: Any = bpy.types.Node) -> Iterator[tuple[str, Any]]:
-    """The settings of a node that its base class does not have, and those of the structures within."""
-    known = base.bl_rna.properties if base else {}
-    for prop in struct.bl_rna.properties:
-        name = prop.identifier
-        if name in known or name in {"rna_type", "node_tree"}:
-            continue
-        value = getattr(struct, name)
-        if prop.type == "COLLECTION":
-            yield name, [dict(_settings(item, None)) for item in value]
-        elif prop.type != "POINTER":
-            yield name, _plain(value)
-        elif isinstance(value, bpy.types.ID):
-            yield name, _reached(value)
-        elif value is not None:
-            yield name, dict(_settings(value, None))
-
-
-def _reached(block: bpy.types.ID) -> Any:
-    """What a node sees of a data-block: pictures are told apart elsewhere; of an object, where it stands."""
-    if isinstance(block, bpy.types.Image):
-        return type(block).__name__
-    if isinstance(block, bpy.types.Object):
-        return [round(value, 5) + 0.0 for row in block.matrix_world for value in row]
-    return block.name
-
-
-def _plain(value: Any) -> Any:
-    """Numbers, text, or tuples of them."""
-    if isinstance(value, set):
-        return sorted(value)
-    return value if value is None or isinstance(value, (str, int, float)) else tuple(value)
+        yield plain(node.outputs[0].default_value)
