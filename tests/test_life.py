@@ -172,6 +172,7 @@ def test_separating(blender, stage, ball, states):
 def test_swapping_and_copying_worlds(blender, part, scene, stage, ball):
     """Another world has no light until it is projected; a copy follows its own nodes."""
     light = part("light")
+    scene.prt.auto_light = False
     first = scene.world
     second, mapping = stage.environment(stage.picture("Other", stage.six_coloured_sky(16) * 2.0))
     assert not light.has_light(second)

@@ -15,9 +15,10 @@ _COARSE = Kind(
     "{name} has faces larger than what shades it: light is kept per vertex, so that shadows on it are lost. Subdivide it.",
     "{count} objects have faces larger than what shades them: light is kept per vertex, so that shadows on them are lost. "
     "Subdivide them: {names}.",
-    fix="prt.refine",
+    "INFO",
+    "prt.refine",
 )
-_TOO_LARGE = 0.5  # a face, as a share of the radius of what stands around
+_TOO_LARGE = 1.0  # a face, as a share of the radius of what stands around
 _FINE = 0.2  # what it is subdivided to
 _MOST_FACES = 1 << 18  # of an object that was subdivided
 _MOST_LEVELS = 6

@@ -10,7 +10,7 @@ from __future__ import annotations
 import bpy
 
 from ...core.bake.bake import BakeResult
-from ...core.errors import MeshError
+from ...core.errors import MeshError, PRTError
 from ...core.notices import Kind, Notice
 from ...core.problem import BakeSettings
 from ...core.transport import raycast
@@ -20,11 +20,16 @@ from ..mesh import carrier, layers
 from ..shading import shading
 from ..sky import sky
 from ..sky.identity import identity
-from ..sky.projection import Windowing, project
+from ..sky.projection import Projection, Windowing, project
 from . import choose, freshness
 from .coarse import coarse_objects
 from .read import ObjectToBake, read_bake
 
+_NO_LIGHT = Kind(
+    "{why} Until then nothing projected lights the bake: a white sky stands in where the world has no light yet.",
+    "{count} worlds cannot be projected: {names}.",
+    fix="prt.use_sky",
+)
 _UNIFORM = Kind(
     "World {name} looks the same in all directions, so that turning it shows nothing: choose a sky.",
     "{count} worlds look the same in all directions: {names}.",
@@ -58,23 +63,30 @@ class WholeBake:
         if settings.mode != "UNSHADOWED":
             raycast.require()
         objects = choose.objects_to_bake(context)
-        self._light, self._notes, self._about_light = None, list[str](), list[Notice]()
+        self._light: Projection | None = None
+        self._notes, self._about_light = list[str](), list[Notice]()
         if projected:
-            here = sky.read_sky(context.scene)
-            light.check_world(here.holder)
-            if why := light.why_it_stays(here.holder):
-                self._notes.append(
-                    f"The light of world '{here.holder.name}' {why}, and stays: Project World replaces it."
-                )
-            else:
-                self._light = project(here, projected)
-            if here.is_uniform:
-                self._about_light.append(Notice(_UNIFORM, here.world.name))
+            self._project(context, projected)
         with object_mode(context):
             self.plan = read_bake(context, objects, settings)
         self.settings = settings
         self._with_shading = with_shading
         self._place = Place.of(context)
+
+    def _project(self, context: bpy.types.Context, windowing: Windowing) -> None:
+        """Project the world. What keeps it from that keeps nothing else from being baked."""
+        name = context.scene.world.name if context.scene.world else ""
+        try:
+            here = sky.read_sky(context.scene)
+            light.check_world(here.holder)
+            if why := light.why_it_stays(here.holder):
+                self._notes.append(f"The light of world '{name}' {why}, and stays: Project World replaces it.")
+            else:
+                self._light = project(here, windowing)
+            if here.is_uniform:
+                self._about_light.append(Notice(_UNIFORM, name))
+        except PRTError as error:
+            self._about_light.append(Notice(_NO_LIGHT, name or context.scene.name, {"why": str(error)}))
 
     @property
     def summary(self) -> str:
@@ -123,6 +135,8 @@ class WholeBake:
         if here and self._light:
             light.write_light(here, self._light)
             notes += self._light.sentences
+        elif self._about_light and light.may_stand_in(context.scene.world):
+            light.write_stand_in(context.scene.world)
         return shading.add_shading(objects) if self._with_shading else [], notes
 
 

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The scene as its renders show it: modifiers at render level, what the viewport hides, instances, background sets.
 
-Blender hands that state of a scene to render engines only. So a render engine of ours is asked for a frame of 4 x 4 pixels,
-and reads instead of drawing: milliseconds, and the same on every machine. Engine, resolution, camera, handlers, the last
-picture and values that nobody has keyed yet are afterwards what they were.
+Blender hands that state of a scene to render engines only. So a render engine of ours is asked for a frame of 16 x 16
+pixels (fewer are refused where the output is a movie), and reads instead of drawing: milliseconds, and the same on every
+machine. Engine, resolution, camera, handlers, the last picture and values that nobody has keyed yet are afterwards what
+they were.
 """
 
 from __future__ import annotations
@@ -24,8 +25,8 @@ _PICTURE = "Render Result"
 _SLOT = "PRT"
 _SETTINGS: dict[str, object] = {
     "engine": _ENGINE,
-    "resolution_x": 4,
-    "resolution_y": 4,
+    "resolution_x": 16,
+    "resolution_y": 16,
     "resolution_percentage": 100,
     "use_border": False,
     "use_compositing": False,

@@ -33,9 +33,9 @@ TURN = ("prt_turn_x", "prt_turn_y", "prt_turn_z")
 """Column k of the rotation R under which a direction w looks up the sky at R w."""
 STRENGTH = "prt_strength"
 RECORD = "prt_light"
-FRAMES, REPAINTED, SOURCE = "frames", "repainted", "source"
+FRAMES, REPAINTED, SOURCE, STAND_IN = "frames", "repainted", "source", "stand_in"
 """Keys of the record: the first and last keyframe of a keyframed light; the picture whose texels have changed since; the
-world whose sky it is, if that is a view layer's and not the one that carries the light."""
+world whose sky it is, if that is a view layer's and not the one that carries the light; whether a white sky stands in."""
 
 _DRIVEN = (*TURN, STRENGTH)
 
@@ -168,6 +168,24 @@ def write_still_light(world: bpy.types.World, light: Array) -> None:
     world.update_tag()
 
 
+def may_stand_in(world: bpy.types.World | None) -> bool:
+    """Whether a world could carry a white sky until its own can be projected: it has no light, and belongs to this file."""
+    return world is not None and is_own(world) and not has_light(world)
+
+
+def write_stand_in(world: bpy.types.World) -> None:
+    """Light a world's bakes by a white sky of radiance 1, in place of one that cannot be projected: black tells nothing."""
+    white = np.zeros((sh.coefficient_count(sh.ORDER), 3))
+    white[0] = 2.0 * np.sqrt(np.pi)
+    write_still_light(world, white)
+    world[RECORD][STAND_IN] = True
+
+
+def stands_in(world: bpy.types.World) -> bool:
+    """Whether a world's light is that white sky."""
+    return bool(read_record(world).get(STAND_IN))
+
+
 def has_light(world: bpy.types.World | None) -> bool:
     """Whether a world carries an SH light."""
     return world is not None and all(name in world for name in LIGHT)
@@ -188,7 +206,8 @@ def why_it_stays(world: bpy.types.World) -> str:
     """Why a bake leaves the light of a world alone, as part of a sentence; empty if it projects the world's sky anew."""
     if is_keyframed(world):
         return "is keyframed"
-    return "was imported" if has_light(world) and not is_projected(world) else ""
+    imported = has_light(world) and not is_projected(world) and not stands_in(world)
+    return "was imported" if imported else ""
 
 
 def source_of(world: bpy.types.World) -> bpy.types.World:

@@ -21,6 +21,7 @@ from .light import (
     is_projected,
     read_record,
     source_of,
+    stands_in,
 )
 
 
@@ -44,6 +45,8 @@ def light_state(world: Any) -> LightState:
     """
     if not has_light(world):
         return LightState(False, "No light yet: project the world")
+    if stands_in(world.original):
+        return LightState(True, f"A white sky stands in. {_why_not(world)}")
     if not is_projected(world.original):
         return LightState(False, "Light was imported: it follows no nodes")
     record = read_record(world.original)
@@ -66,6 +69,15 @@ def light_state(world: Any) -> LightState:
     }
     why = ", ".join(reason for reason, changed in changes.items() if changed)
     return LightState(bool(why), f"Light is stale: {why}" if why else "Light is fresh", tuple(_not_followed(sky)))
+
+
+def _why_not(world: Any) -> str:
+    """What keeps a world from being projected."""
+    try:
+        read_world(source_of(world.original))
+    except PRTError as error:
+        return str(error)
+    return "Project the world"
 
 
 def _not_followed(sky: Sky) -> list[str]:

@@ -73,13 +73,12 @@ def test_bake_of_unknown_origin_is_baked_again(blender, part, ball, version):
     assert glance(blender, part, ball).state == "NEVER"
 
 
-def test_newer_light_is_refused(blender, part, stage, scene, ball, tmp_path):
+def test_newer_light_is_refused(blender, part, stage, scene, ball, capfd, tmp_path):
     """By the operators that would replace or export it; removing the last bake leaves it alone."""
     blender.ops.prt.export_games202(directory=str(tmp_path))
     set_version(scene.world, "prt_light", 99)
     before = everything(blender, stage)
     for call in (
-        blender.ops.prt.bake,
         blender.ops.prt.project_light,
         lambda: blender.ops.prt.export_games202(directory=str(tmp_path)),
         lambda: blender.ops.prt.import_games202(directory=str(tmp_path)),
@@ -87,6 +86,10 @@ def test_newer_light_is_refused(blender, part, stage, scene, ball, tmp_path):
         with pytest.raises(RuntimeError, match=r"World 'Sky' was projected by a newer version .* use a newer version"):
             call()
     assert everything(blender, stage) == before
+    light = {key: repr(value) for key, value in scene.world.items()}
+    assert blender.ops.prt.bake(mode="UNSHADOWED") == {"FINISHED"}
+    assert "World 'Sky' was projected by a newer version" in capfd.readouterr().out
+    assert {key: repr(value) for key, value in scene.world.items()} == light
     blender.ops.prt.remove()
     assert scene.world["prt_light"]["version"] == 99 and "prt_light_0" in scene.world
 

@@ -108,25 +108,46 @@ def _hide_missing_image(world, _mapping, texture):
 
 
 @pytest.mark.parametrize("case", ["no image", "missing file", "tiles", "missing in a graph"])
-def test_bad_worlds_are_refused_in_one_sentence(blender, scene, stage, case):
-    """Before any work, with nothing written to world or mesh."""
+def test_bad_worlds_are_said_and_the_rest_is_baked(blender, part, scene, stage, capfd, case):
+    """One sentence; a white sky stands in, so that there is something to see, and goes once the world can be projected."""
     ob = stage.object_of("Cube", stage.cube())
     world, mapping = stage.environment(stage.picture("Six", stage.six_coloured_sky(16)))
     texture = next(node for node in world.node_tree.nodes if node.bl_idname == "ShaderNodeTexEnvironment")
     spoil, named = refusals(stage)[case]
     spoil(world, mapping, texture)
     with pytest.raises(RuntimeError, match=named):
-        blender.ops.prt.bake(mode="UNSHADOWED")
+        blender.ops.prt.project_light()
     assert not [key for key in world.keys() if key.startswith("prt_")]  # noqa: SIM118 - an ID is no dict
-    assert not [layer for layer in ob.data.attributes if layer.name.startswith("_PRT")]
+    for _ in range(2):
+        capfd.readouterr()
+        assert blender.ops.prt.bake(mode="UNSHADOWED") == {"FINISHED"}
+        [warning] = [line for line in capfd.readouterr().out.splitlines() if line.startswith("Warning")]
+        assert named in warning and part("layers").is_baked(ob.data)
+    light = part("light")
+    np.testing.assert_allclose(light.read_light(world)[0] * 0.28209479, 1.0, rtol=1e-6)
+    found = part("light_state").light_state(world)
+    assert found.stale and named in found.text
+    texture.image = stage.picture("Found", stage.six_coloured_sky(16))
+    for node in [node for node in world.node_tree.nodes if getattr(node, "image", None) is None]:
+        if node.bl_idname == "ShaderNodeTexEnvironment":
+            node.image = texture.image
+    for node in world.node_tree.nodes:
+        if node.bl_idname == "ShaderNodeTexEnvironment" and not all(node.image.size):
+            node.image = texture.image
+    blender.ops.prt.bake(mode="UNSHADOWED")
+    assert part("light_state").light_state(world).text == "Light is fresh"
 
 
-def test_scene_without_world_is_refused(blender, scene, stage):
-    """Named, with what to do."""
-    stage.object_of("Cube", stage.cube())
+def test_scene_without_world(blender, part, scene, stage, capfd):
+    """Nothing lights it, which is said, with what to do; the transport is there."""
     scene.world = None
+    ob = stage.object_of("Cube", stage.cube())
     with pytest.raises(RuntimeError, match="has no world"):
-        blender.ops.prt.bake(mode="UNSHADOWED")
+        blender.ops.prt.project_light()
+    assert blender.ops.prt.bake(mode="UNSHADOWED") == {"FINISHED"}
+    assert "has no world: add one" in capfd.readouterr().out and part("layers").is_baked(ob.data)
+    [notice] = part("session").session.notices[scene.session_uid]
+    assert notice.kind.fix == "prt.use_sky"
 
 
 @pytest.mark.usefixtures("coarse")
