@@ -26,7 +26,7 @@ class PRT_PT_light(Tab, bpy.types.Panel):
         state = light_glance(world).state
         draw_text(context, layout.column(align=True), state.text, "ERROR" if state.stale else "WORLD")
         layout.operator("prt.project_light", icon="WORLD")
-        if world is None or not light.followed(world).rotation:
+        if world is None or not (light.followed(world).rotation or light.followed(world).sun):
             layout.menu("PRT_MT_skies", icon="LIGHT_SUN")
         column = layout.column()
         column.use_property_decorate = False
@@ -42,6 +42,8 @@ class PRT_PT_light(Tab, bpy.types.Panel):
             for socket, name in ((followed.rotation, "Rotation"), (followed.strength, "Strength")):
                 if socket:
                     layout.prop(socket, "default_value", text=name)
+            if followed.sun:
+                layout.prop(followed.sun, "sun_rotation", text="Rotation")
         for sentence in state.not_followed:
             draw_text(context, layout.column(align=True), f"{sentence[0].upper()}{sentence[1:]}.", "INFO")
         layout.operator("prt.keyframe_light", icon="KEYTYPE_KEYFRAME_VEC")

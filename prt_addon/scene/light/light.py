@@ -47,11 +47,25 @@ _EULER_MATRIX = (
 )
 
 
+_SUN_TURN = (
+    (TURN[0], 0, "cos(z)"),
+    (TURN[0], 1, "sin(z)"),
+    (TURN[1], 0, "-sin(z)"),
+    (TURN[1], 1, "cos(z)"),
+)
+"""Columns and rows of R: a Sun Rotation of z takes the sun about the vertical, clockwise as seen from above."""
+
+
 @dataclass(frozen=True)
 class Followed:
-    """The sockets whose values the light follows; None where it follows none."""
+    """What the light follows; None where it follows none.
+
+    rotation: the socket of a Mapping node.
+    sun: the Sky Texture whose Sun Rotation it is instead.
+    """
 
     rotation: bpy.types.NodeSocket | None
+    sun: bpy.types.Node | None
     strength: bpy.types.NodeSocket | None
 
 
@@ -73,7 +87,7 @@ def write_light(sky: Sky, projection: Projection, insert: bool = True) -> None:
     world[RECORD] = {
         "version": LIGHT_VERSION,
         "order": sh.ORDER,
-        "mapping": mapping.name if mapping else "",
+        "mapping": node.name if (node := mapping or sky.sun) else "",
         "strength": sky.strength.node.name if sky.strength else "",
         **({SOURCE: sky.world.name} if sky.world.name != world.name else {}),
         **asdict(projection.identity),
@@ -219,19 +233,21 @@ def followed(world: bpy.types.World) -> Followed:
     """The sockets that turn and scale the light of a world."""
     record, tree = read_record(world), source_of(world).node_tree
     if not record or not tree:
-        return Followed(None, None)
+        return Followed(None, None, None)
     mapping, holder = (tree.nodes.get(record.get(key, "")) for key in ("mapping", "strength"))
     strength = (holder.inputs.get("Strength") or next(iter(holder.outputs), None)) if holder else None
-    return Followed(mapping.inputs.get("Rotation") if mapping else None, strength)
+    rotation = mapping.inputs.get("Rotation") if mapping else None
+    return Followed(rotation, mapping if mapping and hasattr(mapping, "sun_rotation") else None, strength)
 
 
 def mend_drivers(sky: Sky) -> bool:
     """Have a light follow its sky's nodes again, where these were renamed; True if it does now. The light itself stays."""
-    if not sky.mapping and read_record(sky.holder).get("mapping"):
+    node = sky.mapping or sky.sun
+    if not node and read_record(sky.holder).get("mapping"):
         return False
     _remove_drivers(sky.holder)
     record = sky.holder[RECORD]
-    record["mapping"] = sky.mapping.name if sky.mapping else ""
+    record["mapping"] = node.name if node else ""
     record["strength"] = sky.strength.node.name if sky.strength else ""
     _follow(sky, sky.mapping)
     return True
@@ -322,6 +338,10 @@ def _follow(sky: Sky, mapping: bpy.types.Node | None) -> None:
             for row in range(3):
                 expression = _EULER_MATRIX[column][row] if inverse else _EULER_MATRIX[row][column]
                 _drive(sky, name, row, expression, angles)
+    elif sky.sun:
+        angle = f"{_node_path(sky.sun)}.sun_rotation"
+        for name, index, expression in _SUN_TURN:
+            _drive(sky, name, index, expression, {"z": angle})
     if sky.strength:
         _drive(sky, STRENGTH, -1, "s", {"s": _socket_path(sky.strength)})
 
@@ -369,4 +389,8 @@ def _socket_path(socket: bpy.types.NodeSocket) -> str:
     node = socket.node
     side = "outputs" if socket.is_output else "inputs"
     number = list(getattr(node, side)).index(socket)
-    return f'node_tree.nodes["{bpy.utils.escape_identifier(node.name)}"].{side}[{number}].default_value'
+    return f"{_node_path(node)}.{side}[{number}].default_value"
+
+
+def _node_path(node: bpy.types.Node) -> str:
+    return f'node_tree.nodes["{bpy.utils.escape_identifier(node.name)}"]'

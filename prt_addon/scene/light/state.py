@@ -64,7 +64,7 @@ def light_state(world: Any) -> LightState:
         "a picture is another, or its file has changed": now.pictures != record["pictures"],
         f"'{record.get(REPAINTED)}' was painted on or changed": REPAINTED in record,
         "the nodes have changed": now.graph != record["graph"],
-        "another node turns it": (sky.mapping.name if sky.mapping else "") != record["mapping"],
+        "another node turns it": (node.name if (node := sky.mapping or sky.sun) else "") != record["mapping"],
         "its strength comes from elsewhere": (sky.strength.node.name if sky.strength else "") != record["strength"],
     }
     why = ", ".join(reason for reason, changed in changes.items() if changed)

@@ -22,6 +22,9 @@ from .sky import Sky, is_view, looks_along
 _NOT_OF_A_KIND = {*bpy.types.Node.bl_rna.properties.keys(), "node_tree"}
 """What all nodes have: name, place, sockets."""
 
+_FOLLOWED = _NOT_OF_A_KIND | {"sun_rotation", "sun_direction"}
+"""Of a Sky Texture whose Sun Rotation is followed."""
+
 _HOLDS_NUMBERS = {"ShaderNodeValue", "ShaderNodeRGB", "ShaderNodeNormal"}
 """Nodes whose output's default is what they give."""
 
@@ -74,7 +77,7 @@ def _graph(sky: Sky, seen: list[bpy.types.Node], images: list[bpy.types.Image]) 
             [
                 node.bl_idname,
                 node.mute,
-                dict(settings_of(node, _NOT_OF_A_KIND)),
+                dict(settings_of(node, _FOLLOWED if node == sky.sun else _NOT_OF_A_KIND)),
                 list(_values(sky, node, numbers, wiring)),
             ]
         )

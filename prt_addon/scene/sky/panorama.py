@@ -112,6 +112,8 @@ def _neutralise(world: bpy.types.World, sky: Sky, groups: list[bpy.types.NodeTre
         tree.links.remove(link)
     if sky.mapping:
         _bypass(tree, tree.nodes[sky.mapping.name])
+    if sky.sun:
+        tree.nodes[sky.sun.name].sun_rotation = 0.0
     surface = feeding_socket(output.inputs["Surface"])
     if sky.strength and surface:
         strength = surface.node.inputs["Strength"]

@@ -57,6 +57,7 @@ class Sky:
     texture: the Environment Texture whose picture is all there is to see; None where Blender must evaluate the nodes.
     mapping: the Mapping node that turns everything; None if there is none.
     entry: where a Mapping node can be inserted: the one input that looks along the view; else None.
+    sun: the Sky Texture whose Sun Rotation turns everything, as it takes no Vector with its Sun Disc; None if there is none.
     strength: the socket whose number scales everything; None if there is none.
     still: why a turn cannot be followed; empty if it can, or once a node is inserted at `entry`.
     """
@@ -66,6 +67,7 @@ class Sky:
     texture: bpy.types.Node | None
     mapping: bpy.types.Node | None
     entry: bpy.types.NodeSocket | None
+    sun: bpy.types.Node | None
     strength: bpy.types.NodeSocket | None
     still: str
 
@@ -88,8 +90,9 @@ class Sky:
     @property
     def following(self) -> str:
         """What is followed and what is not, for the person; part of a sentence."""
-        through = f"'{self.mapping.name}'" if self.mapping else "the Mapping node that was inserted"
-        turns = [f"its rotation is followed through {through}"] if self.mapping or self.entry else []
+        node = self.mapping or self.sun
+        through = f"'{node.name}'" if node else "the Mapping node that was inserted"
+        turns = [f"its rotation is followed through {through}"] if node or self.entry else []
         return "; ".join(turns + self.not_followed)
 
     @property
@@ -143,7 +146,7 @@ def read_world(world: bpy.types.World, holder: bpy.types.World | None = None) ->
     output, wiring = output_of(world), Wiring()
     surface = wiring.source(output.inputs["Surface"]) if output else None
     if surface is None:
-        return Sky(world, holder, None, None, None, None, _UNIFORM)
+        return Sky(world, holder, None, None, None, None, None, _UNIFORM)
     _check_pictures(world, output, wiring)
     background = surface.node if surface.node.bl_idname == "ShaderNodeBackground" else None
     strength = _number(background.inputs["Strength"], wiring) if background else None
@@ -152,10 +155,11 @@ def read_world(world: bpy.types.World, holder: bpy.types.World | None = None) ->
     lookups = [] if mapping else list(_lookups(output, wiring))
     entry = lookups[0] if len(lookups) == 1 and lookups[0].node.id_data == world.node_tree else None
     entry = entry if entry and _takes_a_mapping(entry, wiring) else None
-    still = "" if mapping or entry else _why_still(lookups)
+    sun = None if mapping else _lone_sun(lookups, world)
+    still = "" if mapping or entry or sun else _why_still(lookups)
     texture = wiring.source(background.inputs["Color"]) if background and strength else None
     alone = texture is not None and _is_picture(texture.node, mapping, entry, wiring)
-    return Sky(world, holder, texture.node if texture and alone else None, mapping, entry, strength, still)
+    return Sky(world, holder, texture.node if texture and alone else None, mapping, entry, sun, strength, still)
 
 
 def output_of(world: bpy.types.World) -> bpy.types.Node | None:
@@ -271,14 +275,23 @@ def _takes_a_mapping(socket: bpy.types.NodeSocket, wiring: Wiring) -> bool:
     return source is None or is_view(source)
 
 
+def _lone_sun(lookups: list[bpy.types.NodeSocket], world: bpy.types.World) -> bpy.types.Node | None:
+    """The Sky Texture, if it alone knows the direction, and lies where drivers reach it."""
+    nodes = {socket.node for socket in lookups}
+    node = nodes.pop() if len(nodes) == 1 else None
+    if node is None or node.bl_idname != "ShaderNodeTexSky" or not lookups[0].is_output:
+        return None
+    return node if node.id_data == world.node_tree else None
+
+
 def _why_still(lookups: list[bpy.types.NodeSocket]) -> str:
     if not lookups:
         return _UNIFORM
     suns = [socket.node.name for socket in lookups if socket.is_output and socket.node.bl_idname == "ShaderNodeTexSky"]
     if suns:
         return (
-            f"its rotation cannot be followed, as '{suns[0]}' takes no Vector with its Sun Disc: switch that off, or "
-            "keyframe the light"
+            f"its rotation cannot be followed, as '{suns[0]}' takes no Vector with its Sun Disc and is not alone: switch that "
+            "off, or keyframe the light"
         )
     names = ", ".join(f"'{name}'" for name in dict.fromkeys(socket.node.name for socket in lookups))
     return (
