@@ -8,7 +8,8 @@ it renders, everything becomes arrays; after that, the colours that are still mi
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
 import bpy
@@ -330,18 +331,28 @@ def _read_chosen(
         own = _own_axes_matrix(world)
         matrix, blocks = (world, blocks) if own is None else (own, True)
         chosen.why_not = _SHEARED if own is None else None
-    mesh = evaluated.to_mesh()
-    if not len(mesh.polygons):
-        chosen.why_not = _NO_FACES
-    if request.receives and chosen.why_not:
-        return chosen
-    chosen.draft = _read_mesh(evaluated, mesh, matrix, world, blocks, request.receives, request.bounces, albedos)
-    if not chosen.draft.is_finite:
-        chosen.why_not = _NOT_FINITE
-    if request.receives and not _can_hold(ob, mesh):
-        chosen.carried = Geometry.of(mesh)
-    evaluated.to_mesh_clear()
+    with _as_mesh(evaluated) as mesh:
+        if not len(mesh.polygons):
+            chosen.why_not = _NO_FACES
+        if request.receives and chosen.why_not:
+            return chosen
+        chosen.draft = _read_mesh(evaluated, mesh, matrix, world, blocks, request.receives, request.bounces, albedos)
+        if not chosen.draft.is_finite:
+            chosen.why_not = _NOT_FINITE
+        if request.receives and not _can_hold(ob, mesh):
+            chosen.carried = Geometry.of(mesh)
     return chosen
+
+
+@contextmanager
+def _as_mesh(evaluated: bpy.types.Object) -> Iterator[bpy.types.Mesh]:
+    """The mesh of an evaluated object. Whatever happens it is given back: instances are copies of their object, and one
+    that finds a mesh it has not made crashes Blender (5.2).
+    """
+    try:
+        yield evaluated.to_mesh()
+    finally:
+        evaluated.to_mesh_clear()
 
 
 def _read_other(
@@ -351,12 +362,8 @@ def _read_other(
     if shown.type != "MESH":
         surface = strands(shown, matrix)
         return _Draft(surface, surface_identity(surface.vertices, surface.triangles), True) if surface else None
-    mesh = shown.to_mesh()
-    if mesh is None:
-        return None
-    draft = _read_mesh(shown, mesh, matrix, matrix, True, receives, bounces, albedos)
-    shown.to_mesh_clear()
-    return draft
+    with _as_mesh(shown) as mesh:
+        return _read_mesh(shown, mesh, matrix, matrix, True, receives, bounces, albedos) if mesh else None
 
 
 def _read_mesh(

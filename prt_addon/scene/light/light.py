@@ -341,9 +341,14 @@ def _follow(sky: Sky, mapping: bpy.types.Node | None) -> None:
     elif sky.sun:
         angle = f"{_node_path(sky.sun)}.sun_rotation"
         for name, index, expression in _SUN_TURN:
-            _drive(sky, name, index, expression, {"z": angle})
+            _drive(sky, name, index, f"{expression}+0*w", {"z": angle, "w": _socket_path(_some_number(sky.sun))})
     if sky.strength:
         _drive(sky, STRENGTH, -1, "s", {"s": _socket_path(sky.strength)})
+
+
+def _some_number(sun: bpy.types.Node) -> bpy.types.NodeSocket:
+    """A socket of the same tree: a driver that reads one waits for the tree's keyframes, by a setting alone it does not."""
+    return next(entry for node in sun.id_data.nodes for entry in node.inputs if entry.type == "VALUE" and entry.enabled)
 
 
 def _drive(sky: Sky, name: str, index: int, expression: str, variables: dict[str, str]) -> None:

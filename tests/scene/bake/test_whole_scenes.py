@@ -467,3 +467,14 @@ def test_instances_are_named(blender, part, floor, stage):
     blender.context.scene.collection.objects.link(square)
     square.prt.space = "OBJECT"
     assert not part("read").read_bake(blender.context, [floor, square]).notices
+
+
+def test_geometry_nodes_that_leave_instances_alone(blender, part, scene, floor, stage):
+    """An object whose own geometry they replace has no faces: it is named, and its instances block light."""
+    ob, _ = geometry_node_instances(blender, stage)
+    ob.select_set(True)
+    floor.select_set(True)
+    assert blender.ops.prt.bake(mode="SHADOWED", samples=16) == {"FINISHED"}
+    said = [one.sentence for one in part("session").session.notices[scene.session_uid]]
+    assert "'Scattered' has no faces, and is not baked." in said
+    assert any(one.startswith("'Scattered' shows 4 instances") for one in said)
