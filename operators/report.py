@@ -9,6 +9,7 @@ from typing import Any
 import bpy
 from bpy.props import BoolProperty, EnumProperty, StringProperty
 
+from ..prt_addon.core.files import written
 from ..prt_addon.core.monitor import Work
 from ..prt_addon.core.notices import Kind, Notice, counted
 from ..prt_addon.core.report.document import PARTS, VERSION, advice_lines, picture_report, surface_report
@@ -110,7 +111,8 @@ class PRT_OT_report(JobOperator, ReportProperties, bpy.types.Operator):
             self._warn(one.sentence for one in counted(Notice(_NO_MAP, one.name) for one in self._baked if one.carried))
         if "END_TO_END" in self.parts:
             document["end_to_end"] = self._pictures(context, objects)
-        self._file.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+        with written(self._file) as (path,):
+            path.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
         report.keep(context.scene, document)
         self._document = document
 

@@ -11,7 +11,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
-from .digest import digest
+from .files import digest
 from .monitor import Work
 from .surface import Albedo
 

@@ -13,8 +13,6 @@ Receivers are numbered through the whole bake, island by island (see `problem`).
 from __future__ import annotations
 
 import json
-import os
-import tempfile
 import zipfile
 import zlib
 from collections.abc import Callable, Iterator, Sequence
@@ -26,8 +24,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..digest import digest
 from ..errors import ShardError
+from ..files import digest, write_arrays, written
 from ..problem import TraceKey
 from ..transport.hits import KeptHits
 
@@ -220,7 +218,8 @@ class PieceFolder:
             arrays |= {"starts": piece.hits.starts, "packed": piece.hits.packed}
         belongs = f"shard-{self.shard.index}-of-{self.shard.count}" if self.shard else "piece"
         name = digest(json.dumps(asdict(self.key)).encode()).hex()[:8]
-        _write(self.folder / f"{belongs}-{name}-{start}-{stop}{_SUFFIX}", arrays)
+        with written(self.folder / f"{belongs}-{name}-{start}-{stop}{_SUFFIX}") as (path,):
+            write_arrays(path, arrays)
 
 
 def cut(span: slice, size: int) -> Iterator[slice]:
@@ -240,20 +239,3 @@ def _header(path: Path, whole: bool = False) -> dict[str, Any] | None:
         return header if isinstance(header, dict) and {"start", "stop"} <= header.keys() else None
     except _BROKEN:
         return None
-
-
-def _write(path: Path, arrays: dict[str, npt.NDArray[Any]]) -> None:
-    """Write a file that is there as a whole or not at all, whatever happens meanwhile."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, temporary = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=".tmp", dir=path.parent)
-    try:
-        with os.fdopen(handle, "wb") as file:
-            np.savez(file, **arrays)
-            file.flush()
-            os.fsync(file.fileno())
-        Path(temporary).replace(path)
-    except BaseException as error:
-        Path(temporary).unlink(missing_ok=True)
-        if isinstance(error, OSError) and error.filename is None:  # the disk is full: say which
-            raise OSError(error.errno, error.strerror or str(error), str(path.parent)) from error
-        raise

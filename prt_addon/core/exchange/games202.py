@@ -20,6 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import PRTError
+from ..files import written
 from ..sky.cube_map import Y_UP_TO_Z_UP
 from ..sphere import sh
 from ..sphere.rotation import rotation_matrix
@@ -72,7 +73,9 @@ def write_light(path: Path, light: Array) -> None:
         InterchangeError: if the light holds NaN or infinite numbers.
         OSError: if the file cannot be written.
     """
-    _write(path, _course_rows(path, light.T).T)
+    rows = _course_rows(path, light.T).T
+    with written(path) as (temporary,):
+        _write(temporary, rows)
 
 
 def read_light(path: Path) -> Array:
@@ -100,7 +103,17 @@ def write_transport(path: Path, transport: Array, vertex_count: int) -> None:
         InterchangeError: if the transport holds NaN or infinite numbers.
         OSError: if the file cannot be written.
     """
-    _write(path, _course_rows(path, transport), header=str(vertex_count))
+    rows = _course_rows(path, transport)
+    with written(path) as (temporary,):
+        _write(temporary, rows, header=str(vertex_count))
+
+
+def write_both(light_path: Path, light: Array, transport_path: Path, transport: Array, vertex_count: int) -> None:
+    """Write both files as one: whatever happens, they belong together. Arguments and errors as above."""
+    lit, carried = _course_rows(light_path, light.T).T, _course_rows(transport_path, transport)
+    with written(light_path, transport_path) as (for_light, for_transport):
+        _write(for_light, lit)
+        _write(for_transport, carried, header=str(vertex_count))
 
 
 def read_transport(path: Path, corner_count: int) -> tuple[Array, Flavour]:

@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..files import Spill, memory_of
 from ..monitor import Work
 from ..problem import BOUNCE_IN_RAYS, THIN
-from ..spill import Spill, memory_of
 from ..surface import Albedo
 from ..workers import ALL_CORES, Workers
 from .hits import KEEN, ONE, HitStore, KeptHits, Packed, barycentrics, corners

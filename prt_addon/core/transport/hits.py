@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from ..files import Spill, memory_of
 from ..monitor import Work
 from ..sphere import sh
-from ..spill import Spill, memory_of
 from ..workers import ALL_CORES, Workers
 from .direct import Pattern, Receivers
 from .raycast import Hits, RayScene

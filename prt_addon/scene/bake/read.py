@@ -16,8 +16,8 @@ import bpy
 import numpy as np
 import numpy.typing as npt
 
-from ...core.digest import digest
 from ...core.errors import MeshError
+from ...core.files import digest
 from ...core.notices import Kind, Notice
 from ...core.problem import BakeProblem, BakeSettings, Island, Occluders
 from ...core.surface import Albedo

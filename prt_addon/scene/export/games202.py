@@ -40,9 +40,9 @@ def export_files(ob: bpy.types.Object, world: bpy.types.World, directory: Path) 
     corners, vertices = _triangle_corners(mesh)
     elements = vertices if layers.domain_of(mesh) == "POINT" else corners
     rows = layers.read(mesh).mean(axis=2, dtype=np.float64)[elements] @ _to_world(ob).T
-    directory.mkdir(parents=True, exist_ok=True)
-    games202.write_light(directory / LIGHT_FILE, light.shown_light(world))
-    games202.write_transport(directory / TRANSPORT_FILE, rows, len(mesh.vertices))
+    games202.write_both(
+        directory / LIGHT_FILE, light.shown_light(world), directory / TRANSPORT_FILE, rows, len(mesh.vertices)
+    )
 
 
 def import_files(ob: bpy.types.Object, world: bpy.types.World, directory: Path) -> games202.Flavour:

@@ -10,8 +10,8 @@ import bpy.utils.previews
 import numpy as np
 import numpy.typing as npt
 
-from ...core.digest import digest
 from ...core.errors import PRTError
+from ...core.files import digest
 from ...core.sky import preview
 from ...core.sphere.window import energy_shares
 from ...session import session

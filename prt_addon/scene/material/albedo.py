@@ -16,8 +16,8 @@ import bpy
 import numpy as np
 import numpy.typing as npt
 
-from ...core.digest import digest
 from ...core.errors import PictureError
+from ...core.files import digest
 from ...core.notices import Kind, Notice
 from ...core.surface import AlbedoPattern, CornerColours, Interpolation, TexturePatch
 from ..blender.images import linear_pixels

@@ -17,7 +17,7 @@ import bpy
 import numpy as np
 import numpy.typing as npt
 
-from ...core.digest import digest
+from ...core.files import digest
 from ...core.problem import BakeSettings, Mode
 from ...core.sphere import sh
 from ..blender.versions import refuse_newer, version_of

@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...core.errors import RenderError
+from ...core.files import written
 from ...core.report.picture import Apart, apart, compared, flip
 from ..blender.images import float_image
 from ..shading.shading import our_nodes
@@ -168,11 +169,15 @@ def _keep_difference(difference: Float32, mask: npt.NDArray[np.bool_], path: Pat
     difference[..., 3] = mask
     image = float_image(DIFFERENCE, difference)
     image.use_fake_user = True
-    image.filepath_raw, image.file_format = str(path), "OPEN_EXR"
+    image.file_format = "OPEN_EXR"
     try:
-        image.save()
+        with written(path) as (temporary,):
+            image.filepath_raw = str(temporary)
+            image.save()
     except RuntimeError as error:  # Blender's word for a file that cannot be written
         raise OSError(None, str(error).strip(), str(path)) from error
+    finally:
+        image.filepath_raw = str(path)
 
 
 def remove_difference() -> None:

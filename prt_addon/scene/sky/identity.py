@@ -14,7 +14,7 @@ from typing import Any
 
 import bpy
 
-from ...core.digest import digest
+from ...core.files import digest
 from ..blender.nodes import Wiring
 from ..blender.rna import plain, settings_of
 from .sky import Sky, is_view, looks_along

@@ -3,7 +3,6 @@
 
 import gc
 import json
-import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,10 +10,12 @@ import numpy as np
 import pytest
 
 from prt_addon.core.bake import bake as engine
+from prt_addon.core.bake import shards
 from prt_addon.core.bake import trace as casting
 from prt_addon.core.bake.run import Run
 from prt_addon.core.bake.shards import PieceFolder, Shard
 from prt_addon.core.errors import Cancelled, ShardError
+from prt_addon.core.files import write_arrays
 from prt_addon.core.problem import BakeProblem, BakeSettings, Island, Occluders
 from prt_addon.core.transport.raycast import RayScene
 from prt_addon.core.workers import Workers
@@ -243,16 +244,10 @@ def test_a_folder_that_cannot_be_written_is_an_error(tmp_path):
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="a device that is always full")
 def test_a_full_disk_is_named_and_leaves_no_litter(tmp_path, monkeypatch):
     """Every write fails as the last one on a full disk does."""
-    opened = os.fdopen
-
-    def full(handle, mode):
-        os.close(handle)
-        return opened(os.open("/dev/full", os.O_RDWR), mode)
-
-    monkeypatch.setattr(os, "fdopen", full)
+    monkeypatch.setattr(shards, "write_arrays", lambda _, arrays: write_arrays(Path("/dev/full"), arrays))
     with pytest.raises(OSError, match="No space left") as raised:
         bake_shards(tmp_path, 1)
-    assert raised.value.filename == str(tmp_path) and not list(tmp_path.iterdir())
+    assert raised.value.filename.endswith(".npz") and not list(tmp_path.iterdir())
     del raised
     gc.collect()
 

@@ -13,9 +13,9 @@ from prt_addon.core.bake import trace as casting
 from prt_addon.core.bake.bake import bounce
 from prt_addon.core.bake.run import Run
 from prt_addon.core.errors import Cancelled
+from prt_addon.core.files import in_file
 from prt_addon.core.problem import BakeSettings, Occluders
 from prt_addon.core.sphere import sh
-from prt_addon.core.spill import in_file
 from prt_addon.core.surface import Albedo, TexturePatch
 from prt_addon.core.transport import direct as transport_module
 from prt_addon.core.transport import gather as gather_module
