@@ -11,6 +11,8 @@ from contextlib import contextmanager
 
 import bpy
 
+from .rna import plain_properties
+
 
 @contextmanager
 def cycles_scene(name: str) -> Iterator[bpy.types.Scene]:
@@ -29,9 +31,8 @@ def cycles_scene(name: str) -> Iterator[bpy.types.Scene]:
         scene.render.threads_mode, scene.render.threads = here.render.threads_mode, here.render.threads
         scene.frame_current = here.frame_current
         for owner in (here.world, here, bpy.context.view_layer):  # as Attribute nodes look: the nearest last
-            for key, value in owner.items() if owner else ():
-                if isinstance(value, (bool, int, float)) or hasattr(value, "to_list"):
-                    scene[key] = value
+            for key, value in plain_properties(owner).items() if owner else ():
+                scene[key] = value
         yield scene
     finally:
         bpy.data.scenes.remove(scene)

@@ -25,6 +25,7 @@ import numpy.typing as npt
 
 from ..blender.cycles_scene import cycles_scene, selected_alone
 from ..blender.light_path import answer_light_path, asks_light_path
+from ..blender.rna import plain_properties
 from ..mesh.meshes import layer_array
 from .colour_nodes import connect, remove_parts
 from .reading import Colour
@@ -64,7 +65,7 @@ class ColourRequest:
     def __init__(self, ob: bpy.types.Object, matrix: npt.NDArray[np.float64], slots: Mapping[int, Unread]) -> None:
         self._mesh = bpy.data.meshes.new_from_object(ob)
         self._matrix, self._slots = matrix, slots
-        self._colour, self._pass_index, self._properties = tuple(ob.color), ob.pass_index, _plain_properties(ob)
+        self._colour, self._pass_index, self._properties = tuple(ob.color), ob.pass_index, plain_properties(ob)
         self._answer: Float32 | None = None
         self._asked = False
 
@@ -162,13 +163,6 @@ def _same_everywhere(tree: bpy.types.NodeTree | None) -> bool:
         if node.bl_idname == "ShaderNodeGroup" and not _same_everywhere(node.node_tree):
             return False
     return True
-
-
-def _plain_properties(ob: bpy.types.Object) -> dict[str, object]:
-    """The custom properties that an Attribute node can read: numbers and lists of them."""
-    return {
-        name: value for name, value in ob.items() if isinstance(value, (bool, int, float)) or hasattr(value, "to_list")
-    }
 
 
 def _as_bounced(
