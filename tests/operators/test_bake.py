@@ -323,3 +323,71 @@ def test_another_colour_is_baked_from_what_the_engine_keeps(blender, part, scene
     blender.ops.prt.bake(mode="INTERREFLECTED", samples=64, bounces=5)
     assert np.array_equal(transport(part, ob), green)
     assert not np.array_equal(red, green)
+
+
+def test_a_bake_is_written_whole_or_not_at_all(blender, part, scene, stage, monkeypatch):
+    """Whatever breaks while it is written: earlier bakes are there again, bit for bit, on meshes and carriers."""
+    stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
+    plain = stage.object_of("A plain one", stage.icosphere(2), stage.diffuse("A"))
+    carried = stage.object_of("B carried", stage.cube(), stage.diffuse("B"), (3, 0, 0))
+    carried.modifiers.new("Subdivision", "SUBSURF")
+    last = stage.object_of("C last", stage.cube(), stage.diffuse("C"), (6, 0, 0))
+    plain.select_set(True)
+    carried.select_set(True)
+    blender.ops.prt.bake(mode="SHADOWED", samples=16)
+    last.select_set(True)
+    layers, carrier = part("layers"), part("carrier")
+
+    def state():
+        return [
+            (
+                ob.name,
+                carrier.transport_mesh(ob).name,
+                repr((record := carrier.transport_mesh(ob).get("prt_bake")) and record.to_dict()),
+                layers.is_baked(carrier.transport_mesh(ob)) and layers.read(carrier.transport_mesh(ob)).tobytes(),
+                [modifier.name for modifier in ob.modifiers],
+            )
+            for ob in (plain, carried, last)
+        ]
+
+    before, write = state(), layers.write
+
+    def breaks_at_last(mesh, *rest):
+        if mesh == last.data:
+            mesh.attributes.new("_PRT_0", "FLOAT_COLOR", "POINT")
+            raise RuntimeError("broken")
+        write(mesh, *rest)
+
+    monkeypatch.setattr(layers, "write", breaks_at_last)
+    with pytest.raises(RuntimeError, match="broken"):
+        blender.ops.prt.bake(mode="SHADOWED", samples=32)
+    assert state() == before and "_PRT_0" not in last.data.attributes
+    monkeypatch.undo()
+    assert blender.ops.prt.bake(mode="SHADOWED", samples=32) == {"FINISHED"}
+    assert all(one != other for one, other in zip(state(), before, strict=True))
+    assert len(blender.data.objects) == 4
+
+
+def test_names_that_are_taken(blender, scene, stage, capfd):
+    """A vertex group called like a layer would push it aside: the object is left out, and named."""
+    stage.object_of("Good", stage.cube())
+    bad = stage.object_of("Bad", stage.cube(), location=(3, 0, 0))
+    bad.vertex_groups.new(name="_PRT_2")
+    assert blender.ops.prt.bake(mode="SHADOWED", samples=16) == {"FINISHED"}
+    assert "'Bad' has a vertex group or UV map '_PRT_2'" in capfd.readouterr().out
+    assert not any(name.startswith("_PRT") for name in bad.data.attributes.keys() if name != "_PRT_2")  # noqa: SIM118
+
+
+def test_a_group_whose_sockets_are_gone_is_built_anew(blender, part, scene, stage):
+    """People may edit the node group; the next bake makes it whole, for all materials."""
+    stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
+    stage.object_of("Ball", stage.icosphere(1), stage.diffuse())
+    blender.ops.prt.bake(mode="UNSHADOWED")
+    for name in ("Base Color", "Surface"):
+        [group] = blender.data.node_groups
+        item = next(item for item in group.interface.items_tree if item.name == name)
+        group.interface.remove(item)
+        assert blender.ops.prt.bake(mode="UNSHADOWED") == {"FINISHED"}
+        [group] = blender.data.node_groups
+        assert {item.name for item in group.interface.items_tree} == {"Base Color", "Unbaked", "Surface", "Shading"}
+        assert group.users == 1

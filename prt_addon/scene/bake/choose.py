@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping
 import bpy
 
 from ...core.errors import MeshError
+from ...core.layout import LAYERS
 from ...core.notices import Kind, Notice, counted
 from ..blender.libraries import is_own
 from ..mesh.carrier import is_carrier, transport_mesh
@@ -36,6 +37,11 @@ _INSTANCES = Kind(
     "{count} objects show instances: they block light and bounce it, but are not relit. Make them real (Object > Apply > "
     "Make Instances Real), or bake their sources for 'Object': {names}.",
     "INFO",
+)
+_TAKEN = Kind(
+    "{name} has a vertex group or UV map {taken}, a name that its transport needs: rename that, then bake.",
+    "{count} objects have vertex groups or UV maps with names that their transport needs (_PRT_0 ...): rename those, then "
+    "bake: {names}.",
 )
 SOLID_TYPES = {"CURVE", "SURFACE", "FONT", "META", "CURVES", "POINTCLOUD"}
 
@@ -105,9 +111,17 @@ def sorted_out(objects: Iterable[bpy.types.Object]) -> tuple[list[bpy.types.Obje
             notices.append(Notice(_LINKED, ob.name))
         elif is_newer(transport_mesh(ob)):
             notices.append(Notice(_NEWER, ob.name))
+        elif taken := _taken(ob):
+            notices.append(Notice(_TAKEN, ob.name, {"taken": f"'{taken}'"}))
         else:
             kept.append(ob)
     return kept, notices
+
+
+def _taken(ob: bpy.types.Object) -> str:
+    """A layer's name that something else of a mesh has; empty if none has."""
+    others = {group.name for group in ob.vertex_groups} | {layer.name for layer in ob.data.uv_layers}
+    return next((name for name in LAYERS if name in others), "")
 
 
 def check_writable(ob: bpy.types.Object) -> None:

@@ -7,6 +7,9 @@ cannot be baked at all is left out and named.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from contextlib import ExitStack
+
 import bpy
 
 from ...core.bake.bake import BakeResult
@@ -126,8 +129,11 @@ class WholeBake:
         with object_mode(context):
             for ob, one in zip(objects, self.plan.objects, strict=True):
                 _check_unchanged(ob, one)
-            for ob, one in zip(objects, self.plan.objects, strict=True):
-                _store(ob, one, result.transport[one.group], self.settings)
+            with ExitStack() as undo:  # whatever happens, all of it is there or none
+                for ob, one in zip(objects, self.plan.objects, strict=True):
+                    undo.callback(_undo_of(ob))
+                    _store(ob, one, result.transport[one.group], self.settings)
+                undo.pop_all()
             carrier.sweep()
             context.view_layer.update()
         freshness.note_baked(objects)
@@ -144,6 +150,21 @@ def _check_unchanged(ob: bpy.types.Object, one: ObjectToBake) -> None:
     """Raises MeshError if an object was edited since it was read."""
     if (len(ob.data.vertices), len(ob.data.loops)) != one.elements:
         raise MeshError(f"Mesh of '{ob.name}' was edited during the bake; nothing was changed: bake again.")
+
+
+def _undo_of(ob: bpy.types.Object) -> Callable[[], None]:
+    """What takes an object's transport back to what it is now."""
+    mesh, before, former = ob.data, layers.Snapshot.of(ob.data), carrier.carrier_of(ob)
+    domain = layers.domain_of(former.data) if former and layers.is_baked(former.data) else "POINT"
+
+    def undo() -> None:
+        carrier.put_back(ob, former, domain)
+        if before:
+            before.restore(mesh)
+        else:
+            layers.remove(mesh)
+
+    return undo
 
 
 def _store(ob: bpy.types.Object, one: ObjectToBake, transport: layers.Transport, settings: BakeSettings) -> None:

@@ -94,6 +94,16 @@ def hang(ob: bpy.types.Object, geometry: Geometry, domain: Domain) -> bpy.types.
     return carrier.data
 
 
+def put_back(ob: bpy.types.Object, carrier: bpy.types.Object | None, domain: Domain) -> None:
+    """Show a former carrier again, or none, in place of a new one. Before `sweep`, nothing is gone."""
+    modifier = _modifier(ob)
+    if carrier is None:
+        take_off(ob)
+    elif modifier:
+        modifier.node_group = carrier_group(domain)
+        _set_entry(modifier, carrier)
+
+
 def take_off(ob: bpy.types.Object) -> bool:
     """Remove the modifier that shows a carrier, which `sweep` removes then; True if there was one."""
     modifier = _modifier(ob)

@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from dataclasses import dataclass
+from typing import Any, Literal
 
 import bpy
 import numpy as np
@@ -67,6 +68,35 @@ def write(
     colours.active_color_name, colours.default_color_name = active, rendered
     write_record(mesh, domain, settings, space, evidence, elements or (len(mesh.vertices), len(mesh.loops)))
     mesh.update()
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """The layers and the record of a mesh as they are, to put them back."""
+
+    domain: Domain
+    values: dict[str, npt.NDArray[np.float32]]
+    record: Any
+
+    @classmethod
+    def of(cls, mesh: bpy.types.Mesh) -> Snapshot | None:
+        """None of a mesh that is not baked."""
+        if not is_baked(mesh):
+            return None
+        record = mesh.get(RECORD)
+        values = {name: layer_array(mesh, name, "color", 4) for name in LAYERS}
+        return cls(domain_of(mesh), values, record.to_dict() if hasattr(record, "to_dict") else record)
+
+    def restore(self, mesh: bpy.types.Mesh) -> None:
+        """Put them back, in place of what is there."""
+        remove(mesh)
+        for name in LAYERS:
+            mesh.attributes.new(name, "FLOAT_COLOR", self.domain)
+        for name, values in self.values.items():
+            mesh.attributes[name].data.foreach_set("color", values.reshape(-1))
+        if self.record is not None:
+            mesh[RECORD] = self.record
+        mesh.update()
 
 
 def read(mesh: bpy.types.Mesh) -> npt.NDArray[np.float32]:

@@ -29,12 +29,22 @@ def relight_group() -> bpy.types.NodeTree:
     It takes the place of older ones, and of copies of itself, which appended materials bring along.
     """
     own = [tree for tree in bpy.data.node_groups if is_relight_group(tree) and is_own(tree)]
-    current = next((tree for tree in own if _version(tree) == GROUP_VERSION), None) or _built()
+    current = next((tree for tree in own if _version(tree) == GROUP_VERSION and _is_whole(tree)), None) or _built()
     for tree in own:
         if tree != current and _version(tree) <= GROUP_VERSION:
             tree.user_remap(current)
             bpy.data.node_groups.remove(tree)
     return current
+
+
+_SOCKETS = {("Base Color", "INPUT"), ("Unbaked", "INPUT"), ("Surface", "OUTPUT"), ("Shading", "OUTPUT")}
+
+
+def _is_whole(tree: bpy.types.NodeTree) -> bool:
+    """Whether a group still has the sockets that it was built with, and feeds them: people may edit it."""
+    sockets = {(item.name, item.in_out) for item in tree.interface.items_tree if item.item_type == "SOCKET"}
+    output = next((node for node in tree.nodes if node.bl_idname == "NodeGroupOutput"), None)
+    return sockets >= _SOCKETS and output is not None and all(entry.is_linked for entry in output.inputs if entry.name)
 
 
 def is_relight_group(tree: bpy.types.NodeTree | None) -> bool:
