@@ -130,7 +130,8 @@ def _apart(headless: Any, bpy: Any, baked: list[Any]) -> float | None:
     except RuntimeError as error:
         return _note(str(error))
     document = json.loads(scene["prt_report"])
-    return float(document["end_to_end"]["relative_rms"]["value"])
+    value = document["end_to_end"]["relative_rms"]["value"]  # null where nothing could be compared
+    return None if value is None else float(value)
 
 
 def _note(error: str) -> None:

@@ -13,25 +13,23 @@ Receivers are numbered through the whole bake, island by island (see `problem`).
 from __future__ import annotations
 
 import json
-import zipfile
-import zlib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from ..errors import ShardError
-from ..files import digest, write_arrays, written
-from ..problem import TraceKey
+from ..files import digest
+from ..problem import BOUNCING, TraceKey
 from ..transport.hits import KeptHits
+from .piece_file import PieceFile, read_header, read_piece, write_piece
 
 _SUFFIX = ".npz"
 _MADE_WITH = "numpy"  # in the header: the version of what may round otherwise
-_BROKEN = (OSError, ValueError, TypeError, KeyError, EOFError, zipfile.BadZipFile, zlib.error)
+_ANY_CORNER = 1 << 32  # as many as a hit can name
 
 Float32 = npt.NDArray[np.float32]
 
@@ -71,20 +69,6 @@ class Piece:
 
 
 @dataclass(frozen=True)
-class _File:
-    """A file of a folder, and what its header says."""
-
-    start: int
-    stop: int
-    path: Path
-    header: dict[str, Any]
-
-    @property
-    def shard(self) -> Shard | None:
-        return Shard(*self.header["shard"]) if self.header.get("shard") else None
-
-
-@dataclass(frozen=True)
 class PieceFolder:
     """The pieces of one bake in a folder, which may hold others.
 
@@ -102,12 +86,15 @@ class PieceFolder:
         """The same folder for callers that count their receivers from that one."""
         return replace(self, first=first)
 
-    def cover(self, span: slice, size: int, trace: Callable[[slice], Piece]) -> Iterator[Piece]:
+    def cover(
+        self, span: slice, size: int, trace: Callable[[slice], Piece], corner_count: int = _ANY_CORNER
+    ) -> Iterator[Piece]:
         """Pieces that cover `span` in order: those in the folder, and between them what `trace` makes, which is saved.
 
         Args:
             size: of pieces that are traced, at most.
             trace: makes the piece of some receivers.
+            corner_count: corners of all triangles that rays may hit.
 
         Raises:
             OSError: if the folder cannot be written.
@@ -115,7 +102,7 @@ class PieceFolder:
         done = span.start
         for file in sorted(self._usable(), key=lambda file: (file.start, -file.stop)):
             start, stop = file.start - self.first, file.stop - self.first
-            piece = self._load(file) if done <= start and stop <= span.stop else None
+            piece = self._load(file, corner_count) if done <= start and stop <= span.stop else None
             if piece:
                 yield from self._traced(slice(done, start), size, trace)
                 yield piece
@@ -133,16 +120,16 @@ class PieceFolder:
         """
         files = []
         for path in self._paths():
-            header = _header(path, whole=True)
-            if header is None:
+            file = read_header(path)
+            different = self.key.differences(file.header) if file else ""
+            if file is None or (not different and self._load(file, _ANY_CORNER) is None):
                 raise ShardError(f"'{path}' is damaged: delete it, bake its shard again, then merge.")
-            different = self.key.differences(header)
-            if different or not header.get("shard"):
+            if different or not file.shard:
                 raise ShardError(
                     f"'{path}' does not belong to this bake ({different or 'it is of no shard'}): merge with the scene and "
                     "settings of the shards, or delete the file and bake its shard again."
                 )
-            files.append(_File(header["start"], header["stop"], path, header))
+            files.append(file)
         if not files:
             raise ShardError(f"There are no shards in '{self.folder}': bake them with prt.bake_shard first.")
         files.sort(key=lambda file: file.start)
@@ -156,8 +143,8 @@ class PieceFolder:
             "its last bits from a bake on one machine."
         ]
 
-    def _check_once(self, files: Sequence[_File]) -> None:
-        counts = sorted({shard.count for file in files if (shard := file.shard)})
+    def _check_once(self, files: Sequence[PieceFile]) -> None:
+        counts = sorted({file.shard[1] for file in files if file.shard})
         if len(counts) > 1:
             raise ShardError(
                 f"'{self.folder}' mixes shards of bakes in {' and '.join(map(str, counts))} shards: delete those of all "
@@ -167,12 +154,12 @@ class PieceFolder:
             if other.start < one.stop:
                 raise ShardError(f"'{one.path}' and '{other.path}' hold the same receivers: delete one, then merge.")
 
-    def _check_missing(self, files: Sequence[_File]) -> None:
-        known = files[0].shard
-        assert known, "checked before"
+    def _check_missing(self, files: Sequence[PieceFile]) -> None:
+        assert files[0].shard, "checked before"
+        count = files[0].shard[1]
         ends = [0, *(end for file in files for end in (file.start, file.stop)), self.key.receivers]
         gaps = [(start, stop) for start, stop in zip(ends[::2], ends[1::2], strict=True) if start < stop]
-        spans = [Shard(index, known.count).span(self.key.receivers) for index in range(known.count)]
+        spans = [Shard(index, count).span(self.key.receivers) for index in range(count)]
         missing = [
             index
             for index, span in enumerate(spans)
@@ -181,8 +168,8 @@ class PieceFolder:
         if missing:
             names = ", ".join(map(str, missing))
             raise ShardError(
-                f"Of {known.count} shards, these are missing or unfinished: {names}. Bake each with prt.bake_shard("
-                f"index=..., count={known.count}, directory=...), then merge."
+                f"Of {count} shards, these are missing or unfinished: {names}. Bake each with prt.bake_shard("
+                f"index=..., count={count}, directory=...), then merge."
             )
 
     def _traced(self, span: slice, size: int, trace: Callable[[slice], Piece]) -> Iterator[Piece]:
@@ -194,48 +181,31 @@ class PieceFolder:
     def _paths(self) -> list[Path]:
         return sorted(self.folder.glob(f"*{_SUFFIX}"))
 
-    def _usable(self) -> Iterator[_File]:
+    def _usable(self) -> Iterator[PieceFile]:
         for path in self._paths():
-            header = _header(path)
-            if header and not self.key.differences(header):
-                yield _File(header["start"], header["stop"], path, header)
+            file = read_header(path)
+            if file and file.stop <= self.key.receivers and not self.key.differences(file.header):
+                yield file
 
-    def _load(self, file: _File) -> Piece | None:
-        """None if it is broken: then it is traced again."""
-        try:
-            with file.path.open("rb") as opened, np.load(opened) as stored:
-                hits = KeptHits(self.key.samples, stored["starts"], stored["packed"]) if "packed" in stored else None
-                return Piece(slice(file.start - self.first, file.stop - self.first), stored["direct"], hits, found=True)
-        except _BROKEN:
+    def _load(self, file: PieceFile, corner_count: int) -> Piece | None:
+        """None if it is damaged: then it is traced again."""
+        found = read_piece(file, self.key.samples, self.key.mode in BOUNCING, corner_count)
+        if found is None or file.stop > self.key.receivers:
             return None
+        direct, hits = found
+        return Piece(slice(file.start - self.first, file.stop - self.first), direct, hits, found=True)
 
     def _save(self, piece: Piece) -> None:
         start, stop = piece.receivers.start + self.first, piece.receivers.stop + self.first
         shard = self.shard and (self.shard.index, self.shard.count)
         header = {**asdict(self.key), "start": start, "stop": stop, "shard": shard, _MADE_WITH: np.__version__}
-        arrays: dict[str, npt.NDArray[Any]] = {"header": np.array(json.dumps(header)), "direct": piece.direct}
-        if piece.hits:
-            arrays |= {"starts": piece.hits.starts, "packed": piece.hits.packed}
         belongs = f"shard-{self.shard.index}-of-{self.shard.count}" if self.shard else "piece"
         name = digest(json.dumps(asdict(self.key)).encode()).hex()[:8]
-        with written(self.folder / f"{belongs}-{name}-{start}-{stop}{_SUFFIX}") as (path,):
-            write_arrays(path, arrays)
+        path = self.folder / f"{belongs}-{name}-{start}-{stop}{_SUFFIX}"
+        write_piece(path, header, piece.direct, piece.hits)
 
 
 def cut(span: slice, size: int) -> Iterator[slice]:
     """A span in pieces of some size, but for the last."""
     for start in range(span.start, span.stop, size):
         yield slice(start, min(start + size, span.stop))
-
-
-def _header(path: Path, whole: bool = False) -> dict[str, Any] | None:
-    """What a file says of itself; None if it is none of ours, or broken. If `whole`, all of it is looked at."""
-    try:
-        with path.open("rb") as opened, np.load(opened) as stored:  # np.load itself would leave broken ones open
-            header = json.loads(stored["header"].item())
-            if whole:
-                for name in stored.files:
-                    stored[name]  # compares checksums
-        return header if isinstance(header, dict) and {"start", "stop"} <= header.keys() else None
-    except _BROKEN:
-        return None

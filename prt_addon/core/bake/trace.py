@@ -105,7 +105,7 @@ class Caster:
         if folder is None:
             yield from map(self._traced, cut(span, size))
             return
-        for piece in folder.cover(span, size, self._traced):
+        for piece in folder.cover(span, size, self._traced, 3 * len(self._returns)):
             if piece.found:
                 self._run.workers.monitor.advance(Work(rays=samples * len(piece.direct)))
             yield piece

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from prt_addon.core.bake import bake as engine
-from prt_addon.core.bake import shards
+from prt_addon.core.bake import piece_file
 from prt_addon.core.bake import trace as casting
 from prt_addon.core.bake.run import Run
 from prt_addon.core.bake.shards import PieceFolder, Shard
@@ -244,7 +244,7 @@ def test_a_folder_that_cannot_be_written_is_an_error(tmp_path):
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="a device that is always full")
 def test_a_full_disk_is_named_and_leaves_no_litter(tmp_path, monkeypatch):
     """Every write fails as the last one on a full disk does."""
-    monkeypatch.setattr(shards, "write_arrays", lambda _, arrays: write_arrays(Path("/dev/full"), arrays))
+    monkeypatch.setattr(piece_file, "write_arrays", lambda _, arrays: write_arrays(Path("/dev/full"), arrays))
     with pytest.raises(OSError, match="No space left") as raised:
         bake_shards(tmp_path, 1)
     assert raised.value.filename.endswith(".npz") and not list(tmp_path.iterdir())
