@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How true the bakes are: measured, written as JSON, and shown in the panel."""
 
+import errno
 import json
+import os
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -9,6 +11,7 @@ from typing import Any
 import bpy
 from bpy.props import BoolProperty, EnumProperty, StringProperty
 
+from ..prt_addon.core.errors import PRTError
 from ..prt_addon.core.files import written
 from ..prt_addon.core.monitor import Work
 from ..prt_addon.core.notices import Kind, Notice, counted
@@ -72,6 +75,8 @@ class PRT_OT_report(JobOperator, ReportProperties, bpy.types.Operator):
         self._warn(self._stale)
         self._file = self._path()
         self._file.parent.mkdir(parents=True, exist_ok=True)
+        if not os.access(self._file.parent, os.W_OK):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(self._file.parent))
         with object_mode(context):
             self._baked, left_out = report.read_baked(context, objects)
         self._warn(one.sentence for one in counted(left_out))
@@ -126,6 +131,8 @@ class PRT_OT_report(JobOperator, ReportProperties, bpy.types.Operator):
     def _path(self) -> Path:
         if self.filepath:
             path = absolute_path(self.filepath)
+            if path.is_dir() or self.filepath.endswith(("/", "\\")):
+                raise PRTError(f"'{self.filepath}' is a folder: give the report's file a name.")
             return path if path.suffix.lower() == ".json" else path.with_name(f"{path.name}.json")
         if bpy.data.filepath:
             return Path(bpy.data.filepath).with_suffix(".prt_report.json")

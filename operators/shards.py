@@ -55,9 +55,9 @@ class PRT_OT_bake_shard(ShardOperator, BakeProperties, bpy.types.Operator):
     bl_idname = "prt.bake_shard"
     bl_label = "Bake Shard"
 
-    index: IntProperty(name="Shard", description="Which of the shards, counted from 0", default=0, min=0)  # type: ignore[valid-type]
+    index: IntProperty(name="Shard", description="Which of the shards, counted from 0", default=0, soft_min=0)  # type: ignore[valid-type]
     count: IntProperty(  # type: ignore[valid-type]
-        name="Shards", description="How many shards the bake is split into, the same for all", default=1, min=1
+        name="Shards", description="How many shards the bake is split into, the same for all", default=1, soft_min=1
     )
     _choices = ("index", "count")
 

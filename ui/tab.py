@@ -23,6 +23,8 @@ class Tab:
 
 def wrapped(context: bpy.types.Context, text: str) -> list[str]:
     """A sentence as lines that fit beside an icon into the sidebar as wide as it is: labels do not wrap by themselves."""
+    if not text.strip():
+        return [text]
     scale = context.preferences.system.ui_scale
     blf.size(_FONT, context.preferences.ui_styles[0].widget.points * scale)
     room = context.region.width - _MARGINS * scale

@@ -29,6 +29,11 @@ THIN = 4
 """A bounce within others, whose result is not seen, reads one hit of so many."""
 
 
+MOST_SAMPLES = 1 << 17
+"""Rays per receiver."""
+
+MOST_BOUNCES = 100
+
 CASTING: tuple[Mode, ...] = ("SHADOWED", "INTERREFLECTED")
 BOUNCING: tuple[Mode, ...] = ("INTERREFLECTED",)
 

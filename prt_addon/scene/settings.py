@@ -10,7 +10,7 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, Po
 
 from ..core.bake.run import MEMORY, Run
 from ..core.errors import PRTError
-from ..core.problem import BakeSettings
+from ..core.problem import MOST_BOUNCES, MOST_SAMPLES, BakeSettings
 from ..core.sphere.sh import ORDER
 from .sky.projection import Windowing
 
@@ -45,12 +45,17 @@ class BakeProperties:
         description="Rays per vertex; four times as many rays leave about a third of the noise",
         default=256,
         min=1,
-        max=1 << 17,
+        max=MOST_SAMPLES,
         soft_min=16,
         soft_max=4096,
     )
     bounces: IntProperty(  # type: ignore[valid-type]
-        name="Bounces", description="How often light bounces between surfaces", default=3, min=1, max=100, soft_max=8
+        name="Bounces",
+        description="How often light bounces between surfaces",
+        default=3,
+        min=1,
+        max=MOST_BOUNCES,
+        soft_max=8,
     )
     tolerance: FloatProperty(  # type: ignore[valid-type]
         name="Tolerance",
@@ -219,8 +224,15 @@ def scene_settings(scene: bpy.types.Scene) -> BakeSettings:
 
 
 def windowing(scene: bpy.types.Scene, operator: bpy.types.Operator) -> Windowing:
-    """What to do against ringing: the operator's own properties where they were given, the scene's where not."""
-    return Windowing(**_values(LightProperties, scene.prt, operator))
+    """What to do against ringing: the operator's own properties where they were given, the scene's where not.
+
+    Raises:
+        PRTError: if the cutoff is no number, which scripts can set.
+    """
+    found = Windowing(**_values(LightProperties, scene.prt, operator))
+    if not found.cutoff >= 1.0:
+        raise PRTError(f"A window's cutoff is at least 1, not {found.cutoff}: set another, then project.")
+    return found
 
 
 def report_settings(scene: bpy.types.Scene, operator: bpy.types.Operator) -> ReportSettings:

@@ -30,6 +30,8 @@ Flavour = Literal["RADIANCE", "IRRADIANCE"]
 """What a transport row holds of an open receiver: 0.2821 first (radiance, ours), or 0.8862 (without the 1/pi)."""
 
 _COUNT = sh.coefficient_count(sh.ORDER)
+_LARGEST = 1e6  # of a coefficient of transport: a white furnace of a hundred bounces stays below
+
 _BETWEEN_FLAVOURS = 0.5  # the geometric mean of the two first numbers, exactly
 
 
@@ -145,6 +147,10 @@ def read_transport(path: Path, corner_count: int) -> tuple[Array, Flavour]:
             "choose the mesh it was made from, triangulated."
         )
     irradiance = len(rows) > 0 and rows[:, 0].max() > _BETWEEN_FLAVOURS
+    if not np.abs(rows).max(initial=0.0) <= _LARGEST:
+        raise InterchangeError(
+            f"{path.name} holds numbers beyond {_LARGEST:g}, which no transport has: export it again."
+        )
     ours = rows @ course_matrix()
     return (ours / np.pi, "IRRADIANCE") if irradiance else (ours, "RADIANCE")
 

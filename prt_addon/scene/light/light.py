@@ -201,8 +201,17 @@ def stands_in(world: bpy.types.World) -> bool:
 
 
 def has_light(world: bpy.types.World | None) -> bool:
-    """Whether a world carries an SH light."""
-    return world is not None and all(name in world for name in LIGHT)
+    """Whether a world carries a whole SH light: with a turn and a strength, and of numbers."""
+    return (
+        world is not None
+        and all(_is_vector(world.get(name)) for name in (*LIGHT, *TURN))
+        and isinstance(world.get(STRENGTH), (int, float))
+    )
+
+
+def _is_vector(value: object) -> bool:
+    """Whether a custom property holds three numbers."""
+    return hasattr(value, "typecode") and value.typecode in "fdi" and len(value) == 3  # type: ignore[arg-type]
 
 
 def is_projected(world: bpy.types.World) -> bool:

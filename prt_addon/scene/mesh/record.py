@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...core.files import digest
-from ...core.problem import BakeSettings, Mode
+from ...core.problem import MOST_BOUNCES, MOST_SAMPLES, BakeSettings, Mode
 from ...core.sphere import sh
 from ..blender.versions import refuse_newer, version_of
 from .derived import derived_sources
@@ -251,6 +251,8 @@ def _record(stored: Any) -> BakeRecord:
     space = stored.get("space", "SCENE")
     if settings.mode not in get_args(Mode) or space not in {"SCENE", "OBJECT"}:
         raise ValueError("an unknown mode or space")
+    if not (0 <= settings.samples <= MOST_SAMPLES and 0 <= settings.bounces <= MOST_BOUNCES and settings.seed >= 0):
+        raise ValueError("settings that no bake has")
     found = stored.get(_FINGERPRINT)
     if version != FORMAT_VERSION or found is None:
         return BakeRecord(settings, space, version)
