@@ -89,6 +89,13 @@ def six_coloured_sky(width=128):
     return sum(np.multiply.outer(((1 + sign * w[..., k]) / 2) ** 2, rgb) for (k, sign), rgb in colours.items())
 
 
+def without_negatives(colours):
+    """(..., 3) as the shader shows them: towards the grey of the mean, until no channel is negative; black at worst."""
+    least, mean = colours.min(axis=-1, keepdims=True), colours.mean(axis=-1, keepdims=True)
+    share = np.clip(-least / np.maximum(mean - least, 1e-9), 0.0, 1.0)
+    return np.maximum(colours + share * (mean - colours), 0.0)
+
+
 def environment(image, strength=1.0, mapping=True):
     """A world lit by an image; returns (world, Mapping node or None)."""
     world = bpy.data.worlds.new("Sky")

@@ -38,7 +38,7 @@ def expected_pixels(part, bpy, stage, base_colour, rotation, strength=1.0):
         elements = ob.data.attributes[layers.LAYERS[0]].domain
         rows = polygon.vertices if elements == "POINT" else polygon.loop_indices
         transport = np.einsum("k,kic->ic", weights, transports[ob.name][list(rows)])
-        value[index] = base_colour * np.maximum((transport * turned).sum(axis=0), 0.0) * strength
+        value[index] = base_colour * stage.without_negatives((transport * turned).sum(axis=0)) * strength
         seen[index] = weights.min() > 0.02  # a pixel on an edge may see either face
     return value, seen
 
@@ -225,3 +225,28 @@ def test_keyframed_sky_without_the_extension(blender, part, scene, stage, tmp_pa
     brightness = [frame[..., :3].mean() for frame in ours]
     assert brightness[1] > 3 * brightness[0]
     assert not np.allclose(ours[0] / brightness[0], ours[1] / brightness[1], rtol=0.1)  # the sun has moved
+
+
+def test_negative_channels_keep_their_hue(blender, part, scene, stage, tmp_path):
+    """Beside a saturated sun: no blotches where one channel runs out before the others; black where all do."""
+    pixels = np.full((32, 64, 3), (0.02, 0.05, 0.1))
+    pixels[20:23, 30:33] = (200.0, 60.0, 5.0)
+    pixels[10:13, 60:63] = (2.0, 10.0, 60.0)
+    stage.environment(stage.picture("Suns", pixels))
+    stage.object_of("Ball", stage.icosphere(4), stage.diffuse("White", (1.0, 1.0, 1.0)))
+    stage.top_camera()
+    shown, mixed = [], 0
+    for turn in ((0.0, 0.0, 0.0), (1.7, 0.4, 0.0)):
+        scene.world.node_tree.nodes["Mapping"].inputs["Rotation"].default_value = turn
+        blender.ops.prt.bake(mode="UNSHADOWED")
+        shown.append(stage.render(tmp_path / "ball.exr")[..., :3])
+        light = part("light").shown_light(scene.world)
+        line = stage.pixel_points()
+        inside = (line**2).sum(axis=-1) < 0.9
+        normals = np.concatenate([line[inside], np.sqrt(1 - (line[inside] ** 2).sum(axis=-1))[:, None]], axis=-1)
+        factors = part("sh").per_coefficient(part("sh").cosine_lobe()) / np.pi
+        plain = part("sh").basis(normals) @ (factors[:, None] * light)
+        expected = stage.without_negatives(plain)
+        mixed += np.count_nonzero((plain.min(axis=1) < 0.0) & (plain.mean(axis=1) > 0.0))
+        assert np.abs(shown[-1][inside] - expected).max() < 0.02 * expected.max()
+    assert mixed > 50

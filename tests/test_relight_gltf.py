@@ -97,7 +97,7 @@ def test_every_vertex_of_a_turned_object(blender, part, scene, stage, shaded, sp
     positions, colours = shaded("cube.glb" if form == "GLB" else "cube.gltf", export_format=form)
     axes = np.array(Euler((0.3, 1.1, -0.7)).to_matrix()) if space == "OBJECT" else np.eye(3)
     light = part("rotation").rotation_matrix(axes.T) @ part("light").shown_light(scene.world)
-    radiance = np.maximum(np.einsum("nic,ic->nc", part("layers").read(cube.data), light), 0.0)
+    radiance = stage.without_negatives(np.einsum("nic,ic->nc", part("layers").read(cube.data), light))
     matrix = np.array(cube.matrix_world)
     corners = np.array([cube.data.vertices[loop.vertex_index].co for loop in cube.data.loops])
     corners = corners @ matrix[:3, :3].T + matrix[:3, 3]

@@ -56,13 +56,20 @@ class BakedMesh:
     triangles: np.ndarray
 
 
+def without_negatives(shading):
+    """Move colours (n, 3) with a negative channel towards the grey of their mean, until none is negative."""
+    least, mean = shading.min(axis=1, keepdims=True), shading.mean(axis=1, keepdims=True)
+    share = np.minimum(np.maximum(-least, 0.0) / np.maximum(mean - least, 1e-9), 1.0)
+    return np.maximum(shading + share * (mean - shading), 0.0)
+
+
 def relight(mesh: BakedMesh, light: dict) -> np.ndarray:
     """(N, 3) what the vertices show, linear RGB."""
     coefficients = np.array([light[f"prt_light_{i}"] for i in range(9)])
     turn = np.array([light["prt_turn_x"], light["prt_turn_y"], light["prt_turn_z"]]).T
     turned = turned_light(coefficients, turn @ mesh.axes)
     shading = np.einsum("nic,ic->nc", mesh.transport, turned)
-    return mesh.base_color * light["prt_strength"] * np.maximum(shading, 0.0)
+    return mesh.base_color * light["prt_strength"] * without_negatives(shading)
 
 
 def turned_light(light: np.ndarray, turn: np.ndarray) -> np.ndarray:

@@ -19,7 +19,7 @@ from ..light.light import LIGHT, STRENGTH, TURN
 from ..mesh.layers import SPACE_LAYER
 
 GROUP = "PRT Relight"
-GROUP_VERSION = 1
+GROUP_VERSION = 2
 _VERSION = "prt_version"
 
 
@@ -118,8 +118,7 @@ def _build(tree: bpy.types.NodeTree) -> None:
     radiance = graph.weighted_sum(
         [(layer.outputs["Vector"], value) for layer, value in zip(layers, turned, strict=True)]
     )
-    # Clamped after the dot product: a band-limited light may be negative where the sum of all is not.
-    shown = graph.vector("MULTIPLY", graph.vector("MAXIMUM", radiance, (0.0, 0.0, 0.0)), strength)
+    shown = graph.vector("MULTIPLY", _without_negatives(graph, radiance), strength)
     colour = graph.vector("MULTIPLY", shown, group_input.outputs["Base Color"])
 
     graph.column()
@@ -133,6 +132,21 @@ def _build(tree: bpy.types.NodeTree) -> None:
     group_output = graph.add("NodeGroupOutput")
     graph.feed(group_output.inputs["Surface"], mix.outputs[0])
     graph.feed(group_output.inputs["Shading"], shown)
+
+
+def _without_negatives(graph: Graph, radiance: bpy.types.NodeSocket) -> bpy.types.NodeSocket:
+    """Clamp after the dot product: a band-limited light may be negative where the sum of all is not.
+
+    A colour with a negative channel goes towards the grey of its mean until none is negative. Clamped one by one, the
+    channels that are left would make saturated blotches. Where the mean itself is negative, black is left.
+    """
+    least = graph.math("MINIMUM", graph.math("MINIMUM", *(parts := graph.components(radiance))[:2]), parts[2])
+    mean = graph.math("MULTIPLY", graph.math("ADD", graph.math("ADD", *parts[:2]), parts[2]), 1.0 / 3.0)
+    lacking = graph.math("MAXIMUM", graph.math("MULTIPLY", least, -1.0), 0.0)
+    room = graph.math("MAXIMUM", graph.math("SUBTRACT", mean, least), 1e-9)
+    share = graph.math("MINIMUM", graph.math("DIVIDE", lacking, room), 1.0)
+    greyer = graph.vector("MULTIPLY_ADD", graph.vector("SUBTRACT", mean, radiance), share, radiance)
+    return graph.vector("MAXIMUM", greyer, (0.0, 0.0, 0.0))
 
 
 def _object_axes(graph: Graph, axes: list[bpy.types.NodeSocket]) -> list[bpy.types.NodeSocket]:
