@@ -19,7 +19,7 @@ SCENE, BAKED, FULL = (HERE / f"{name}.blend" for name in ("scene", "baked", "ful
 WITH, WITHOUT, NO_WHEELS = (HERE / name for name in ("with", "without", "no_wheels"))  # profiles
 BAKE = "import bpy; bpy.ops.prt.bake(samples=64); bpy.ops.wm.save_as_mainfile(filepath='{}')"
 F3 = "69"  # the key's code: by name, xdotool makes it a chord
-NO_WORLD = "import bpy; bpy.context.scene.world = None; bpy.ops.prt.bake(samples=64)"
+NO_WORLD = "import bpy; bpy.context.scene.world = None; bpy.ops.prt.project_light()"
 
 
 def main() -> None:
