@@ -188,16 +188,49 @@ def read_receivers(name: str, mesh: bpy.types.Mesh, matrix: Float64) -> ObjectRe
         vertex_normal[corner_vertex] = corner_normal  # loose vertices have no corner
         differ = np.abs(corner_normal - vertex_normal[corner_vertex]).max(initial=0.0) >= _SAME_NORMAL
     if not differ:
-        group = ReceiverGroup(name, points, vertex_normal, radius, edges=edge_vertices(mesh))
+        inside = _with_pulled_boundary(mesh, matrix, points, vertex_normal, radius)
+        group = ReceiverGroup(name, inside, vertex_normal, radius, edges=edge_vertices(mesh))
         return ObjectReceivers(group, "POINT", np.arange(len(points)))
 
     corner, element_receiver = _distinct(corner_vertex, corner_normal)
     normals = corner_normal[corner]
+    everywhere = np.arange(len(corner_vertex))
     inside = _pulled_into_faces(
-        mesh, matrix, points[corner_vertex], corner_normal, element_receiver, len(corner), radius
+        mesh, matrix, everywhere, points[corner_vertex], corner_normal, element_receiver, len(corner), radius
     )
     edges = element_receiver[_face_edges(mesh)].astype(np.int32)
     return ObjectReceivers(ReceiverGroup(name, inside, normals, radius, edges=edges), "CORNER", element_receiver)
+
+
+def _with_pulled_boundary(
+    mesh: bpy.types.Mesh, matrix: Float64, points: Float64, normals: Float64, radius: float
+) -> Float64:
+    """Points of vertices, those on open boundaries moved a hair into their faces.
+
+    Where sheets touch without sharing vertices, as the walls and the floor of a room do, each one's boundary lies in the
+    other, as if on a hard edge: see `_pulled_into_faces`.
+    """
+    boundary = _boundary_vertices(mesh)
+    corner_vertex = corner_vertices(mesh)
+    corners = np.flatnonzero(boundary[corner_vertex])
+    if not len(corners):
+        return points
+    vertices, pair = np.unique(corner_vertex[corners], return_inverse=True)
+    at = corner_vertex[corners]
+    moved = points.copy()
+    moved[vertices] = _pulled_into_faces(mesh, matrix, corners, points[at], normals[at], pair, len(vertices), radius)
+    return moved
+
+
+def _boundary_vertices(mesh: bpy.types.Mesh) -> npt.NDArray[np.bool_]:
+    """(V,) whether each vertex ends an edge of a single face."""
+    found = np.zeros(len(mesh.vertices), dtype=np.bool_)
+    if ".corner_edge" in mesh.attributes:
+        uses = np.bincount(_stored(mesh, ".corner_edge", 1), minlength=len(mesh.edges))
+    else:
+        uses = np.bincount(index_array(mesh.loops, "edge_index"), minlength=len(mesh.edges))
+    found[edge_vertices(mesh)[uses == 1]] = True
+    return found
 
 
 def own_axes(matrix: npt.ArrayLike) -> Float64:
@@ -243,6 +276,7 @@ def _face_edges(mesh: bpy.types.Mesh) -> npt.NDArray[np.int64]:
 def _pulled_into_faces(
     mesh: bpy.types.Mesh,
     matrix: Float64,
+    corners: npt.NDArray[np.int64],
     corner_point: Float64,
     corner_normal: Float64,
     pair: npt.NDArray[np.int64],
@@ -254,11 +288,14 @@ def _pulled_into_faces(
     On a hard edge the neighbouring face passes through the vertex itself, and a ray that should hit it may start
     behind it: the corners of a room would leak light. The move is along the tangent plane; where the faces rise
     above that plane (a concave smooth fan) the point stays, as it would end up below them.
+
+    Args:
+        corners: (n,) some corners of the mesh, for each of which follow the point, the normal and the pair.
+        count: number of the pairs.
     """
     centre = _transformed(vector_array(mesh.polygons, "center"), matrix)
     sizes = index_array(mesh.polygons, "loop_total")
-    corner_face = np.empty(len(pair), dtype=np.int64)  # faces are stored in the order of their corners
-    corner_face[:] = np.repeat(np.arange(len(sizes)), sizes)
+    corner_face = np.repeat(np.arange(len(sizes)), sizes)[corners]  # faces are stored in the order of their corners
     share = np.bincount(pair, minlength=count)[:, None]
 
     def mean(values: Float64) -> Float64:

@@ -261,3 +261,58 @@ def test_what_float32_cannot_hold_is_said(bake, blender, stage, capfd):
     blender.context.view_layer.update()
     np.testing.assert_allclose(bake(ball, far)[:, 0], OPEN, rtol=1e-3)
     assert "2 objects are tiny beside the scene, and lose shadows from close by: 'Ball', 'Far'" in told(capfd)
+
+
+def room(stage, segments=8, size=1.0):
+    """Five sheets that touch along their edges without sharing vertices: a room that is open in front."""
+    half = math.pi / 2
+    places = {
+        "Floor": ((0, 0, -1), (0, 0, 0)),
+        "Ceiling": ((0, 0, 1), (math.pi, 0, 0)),
+        "Back": ((0, 1, 0), (half, 0, 0)),
+        "Left": ((-1, 0, 0), (0, half, 0)),
+        "Right": ((1, 0, 0), (0, -half, 0)),
+    }
+    sheets = []
+    for name, (place, turn) in places.items():
+        ob = stage.object_of(name, stage.grid(segments, size), None, [size * x for x in place])
+        ob.rotation_euler = turn
+        sheets.append(ob)
+    return sheets
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
+def test_sheets_that_touch_are_as_dark_as_welded_ones(blender, part, stage, scene, size):
+    """The same room twice: of sheets, and as one mesh whose hard edges are shared. Creases do not glow."""
+    samples = part("problem").BakeSettings("SHADOWED", 1024)
+    bake, read = part("bake").bake, part("read").read_bake
+    sheets = room(stage, size=size)
+    blender.context.view_layer.update()
+
+    def rows():
+        plan = read(blender.context, [ob for ob in scene.objects if ob.type == "MESH"], samples)
+        transport = bake(plan.problem).transport
+        found = {}
+        for one in plan.objects:
+            group = one.receivers.group
+            for point, normal, value in zip(group.points, group.normals, transport[one.group], strict=True):
+                place = tuple(np.rint(point / size * 8).astype(int)) + tuple(np.rint(normal).astype(int))
+                found[place] = value
+        return found
+
+    apart = rows()
+    for ob in sheets:
+        ob.select_set(True)
+    blender.context.view_layer.objects.active = sheets[0]
+    blender.ops.object.join()
+    blender.ops.object.mode_set(mode="EDIT")
+    blender.ops.mesh.select_all(action="SELECT")
+    blender.ops.mesh.remove_doubles(threshold=1e-4 * size)
+    blender.ops.object.mode_set(mode="OBJECT")
+    sheets[0].data.shade_flat()
+    blender.context.view_layer.update()
+    welded = rows()
+    assert apart.keys() == welded.keys() and len(welded) == 5 * 81
+    here, there = (np.array([found[key] for key in welded]) for found in (apart, welded))
+    error = np.sqrt(((here - there) ** 2).sum() / (there**2).sum())
+    assert error < 0.02, f"{error:.3f}"
