@@ -43,6 +43,11 @@ _TAKEN = Kind(
     "{count} objects have vertex groups or UV maps with names that their transport needs (_PRT_0 ...): rename those, then "
     "bake: {names}.",
 )
+_STRANDS = Kind(
+    "{name} has hair of particles, which renders as strands and blocks no light here: convert it to curves or a mesh for that.",
+    "{count} objects have hair of particles, which renders as strands and blocks no light here: convert it to curves or "
+    "meshes for that: {names}.",
+)
 SOLID_TYPES = {"CURVE", "SURFACE", "FONT", "META", "CURVES", "POINTCLOUD"}
 
 
@@ -136,6 +141,19 @@ def no_meshes(context: bpy.types.Context) -> list[Notice]:
     chosen = list(context.selected_objects) or renderable_objects(context.view_layer)
     found = [ob.name for ob in chosen if ob.type in SOLID_TYPES]
     return [Notice(_NO_MESH, name) for name in sorted(found)]
+
+
+def strands(context: bpy.types.Context) -> list[Notice]:
+    """A notice on each rendered object with hair that only renders know how to draw."""
+    found = [
+        ob.name
+        for ob in renderable_objects(context.view_layer)
+        if any(
+            system.settings.type == "HAIR" and system.settings.render_type == "PATH" and system.settings.count
+            for system in ob.particle_systems
+        )
+    ]
+    return [Notice(_STRANDS, name) for name in sorted(found)]
 
 
 def instances(numbers: Mapping[bpy.types.Object, int]) -> list[Notice]:

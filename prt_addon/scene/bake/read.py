@@ -208,7 +208,7 @@ def read_bake(
     if not chosen:
         raise choose.nothing(context, notices)
     notices += [notice for read in (*chosen.values(), *others) if read.albedo for notice in read.albedo.notices]
-    notices += choose.instances(found.instances) + choose.no_meshes(context)
+    notices += choose.instances(found.instances) + choose.strands(context) + choose.no_meshes(context)
     staying = {ob: read for ob, read in chosen.items() if spaces[ob] == "SCENE"}
     crowd = Crowd.of(read.identity for read in (*staying.values(), *others) if read.blocks)
     groups = _numbers([ob in staying for ob in chosen], sum(read.receivers is not None for read in others))

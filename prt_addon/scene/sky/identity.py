@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,8 @@ _NOT_OF_A_KIND = {*bpy.types.Node.bl_rna.properties.keys(), "node_tree"}
 
 _FOLLOWED = _NOT_OF_A_KIND | {"sun_rotation", "sun_direction"}
 """Of a Sky Texture whose Sun Rotation is followed."""
+
+_END = 1 << 16  # bytes of each end of a file
 
 _HOLDS_NUMBERS = {"ShaderNodeValue", "ShaderNodeRGB", "ShaderNodeNormal"}
 """Nodes whose output's default is what they give."""
@@ -54,7 +57,10 @@ def _hex(text: str) -> str:
 
 
 def _picture(image: bpy.types.Image) -> str:
-    """An image's identity: its name, source and colour space, and size and date of its file."""
+    """An image's identity: its name, source and colour space, and the size and both ends of its file.
+
+    Not its date: the same file has another on another machine, where the light would be called stale.
+    """
     told = [image.name, image.source, image.filepath, image.colorspace_settings.name, image.alpha_mode]
     if image.packed_file:
         return repr([*told, image.packed_file.size])
@@ -62,7 +68,16 @@ def _picture(image: bpy.types.Image) -> str:
         return repr(told)
     path = Path(bpy.path.abspath(image.filepath, library=image.library))
     state = path.stat() if path.is_file() else None
-    return repr([*told, state and (state.st_size, state.st_mtime_ns)])
+    return repr([*told, state and (state.st_size, _ends(path, state.st_size, state.st_mtime_ns))])
+
+
+@lru_cache(maxsize=64)
+def _ends(path: Path, size: int, _changed: int) -> str:
+    """Digest of the first and the last bytes of a file. Looked at again when its date is another."""
+    with path.open("rb") as file:
+        first = file.read(_END)
+        file.seek(max(size - _END, 0))
+        return digest(first, file.read(_END)).hex()
 
 
 def _graph(sky: Sky, seen: list[bpy.types.Node], images: list[bpy.types.Image]) -> Iterator[str]:

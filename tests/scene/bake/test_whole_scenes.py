@@ -478,3 +478,14 @@ def test_geometry_nodes_that_leave_instances_alone(blender, part, scene, floor, 
     said = [one.sentence for one in part("session").session.notices[scene.session_uid]]
     assert "'Scattered' has no faces, and is not baked." in said
     assert any(one.startswith("'Scattered' shows 4 instances") for one in said)
+
+
+def test_hair_of_particles_is_named(blender, part, scene, floor, stage):
+    """It renders as strands, which nothing but a render knows: no shadow, and a sentence."""
+    emitter = stage.object_of("Emitter", stage.grid(1, 0.5), location=(0, 0, 5))
+    settings = emitter.modifiers.new("Hair", "PARTICLE_SYSTEM").particle_system.settings
+    settings.type, settings.count = "HAIR", 10
+    said = [notice.sentence for notice in part("read").read_bake(blender.context, [floor]).notices]
+    assert any(one.startswith("'Emitter' has hair of particles") for one in said)
+    settings.count = 0
+    assert not part("read").read_bake(blender.context, [floor]).notices
