@@ -42,6 +42,7 @@ WHERE = {
     "sh": "core.sphere.sh",
     "shading": "scene.shading.shading",
     "sky": "scene.sky.sky",
+    "slots": "scene.shading.slots",
     "trace": "core.bake.trace",
     "whole_bake": "scene.bake.whole_bake",
     "window": "core.sphere.window",

@@ -27,6 +27,7 @@ from .relight_group import (
     relight_group,
     remove_unused_group,
 )
+from .slots import ROOM, attributes_read
 
 OUTPUT = "PRT Output"
 MADE = "prt_made"
@@ -50,6 +51,12 @@ _LIGHTLESS = Kind(
     "Material {name} reflects no light: EEVEE goes on showing it as it is.",
     "{count} materials reflect no light: EEVEE goes on showing them as they are: {names}.",
     "INFO",
+)
+_CROWDED = Kind(
+    "Material {name} reads {count} attributes of the mesh (UV maps, colours, tangents). EEVEE takes 14 in all, and the "
+    "transport needs nine: it is not relit. Let it read {most} at most.",
+    "{count} materials read more attributes of their meshes (UV maps, colours, tangents) than EEVEE takes beside the "
+    "transport's nine, and are not relit: {names}.",
 )
 _GREY = Kind(
     "Material {name}: {why}; it is relit in grey.",
@@ -204,6 +211,8 @@ def _add_to_material(material: bpy.types.Material) -> list[Notice]:
     reading = read_material(material, "EEVEE")
     if reading.colour is None and not reading.why_not:
         return [Notice(_LIGHTLESS, material.name)]
+    if reading.output and len(read := attributes_read(reading.output)) > ROOM:
+        return [Notice(_CROWDED, material.name, {"count": str(len(read)), "most": str(ROOM)})]
     if not nodes_are_on(material):
         material[HAD_NO_NODES] = True
         turn_nodes(material, True)
