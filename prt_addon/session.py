@@ -28,6 +28,7 @@ class Session:
     outdated: worlds that have changed since.
     sky_energies: of the skies that were looked at, by the digest of the light made from them.
     icons: the small picture of the light; `icon_shows` is the digest of the light in it.
+    sky_icons: small pictures of the skies that Blender ships.
     projecting: whether a world is being projected, so that what that changes is no edit.
     """
 
@@ -41,6 +42,7 @@ class Session:
     sky_energies: dict[bytes, float] = field(default_factory=dict)
     icons: bpy.utils.previews.ImagePreviewCollection | None = None
     icon_shows: bytes = b""
+    sky_icons: bpy.utils.previews.ImagePreviewCollection | None = None
     projecting: bool = False
 
     def forget_file(self) -> None:

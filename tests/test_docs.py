@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 import textwrap
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from PIL import Image
 pytestmark = pytest.mark.once
 
 CHECKOUT = Path(__file__).resolve().parent.parent
-DOCUMENTS = [CHECKOUT / "README.md", *sorted((CHECKOUT / "docs").glob("*.md"))]
+DOCUMENTS = [*sorted(CHECKOUT.glob("*.md")), *sorted((CHECKOUT / "docs").glob("*.md"))]
 BLOCK = re.compile(r"^ *```(\w+)\n(.*?)^ *```", re.MULTILINE | re.DOTALL)
 FACES = ("posx", "negx", "posy", "negy", "posz", "negz")
 
@@ -90,3 +91,10 @@ def test_commands_run(desk, document):
             done = subprocess.run(["bash", "-c", f"{blender}\n{code}"], cwd=desk, capture_output=True, text=True)
             assert done.returncode == 0, done.stdout + done.stderr
     assert (desk / "file.blend1").exists()  # the last one saved the file
+
+
+def test_changes_are_written_down_for_this_version():
+    """The newest entry is the version that the manifest names."""
+    entries = re.findall(r"^## (\S+)$", (CHECKOUT / "CHANGELOG.md").read_text(), re.MULTILINE)
+    manifest = tomllib.loads((CHECKOUT / "blender_manifest.toml").read_text())
+    assert entries[0] == manifest["version"] and entries == sorted(entries, reverse=True)

@@ -47,6 +47,8 @@ def drawn(blender):
                 layout = Layout()
                 panel.draw(SimpleNamespace(layout=layout), context)
                 said += layout.said
+            elif panel.bl_rna.base and panel.bl_rna.base.identifier == "Menu" and panel.__name__.startswith("PRT_MT"):
+                panel.draw(SimpleNamespace(layout=(layout := Layout())), context)
         return said
 
     return draw

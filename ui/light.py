@@ -26,7 +26,7 @@ class PRT_PT_light(Tab, bpy.types.Panel):
         state = light_glance(world).state
         draw_text(context, layout.column(align=True), state.text, "ERROR" if state.stale else "WORLD")
         layout.operator("prt.project_light", icon="WORLD")
-        if world is None or not (light.followed(world).rotation or light.followed(world).sun):
+        if not _has_sky(world):
             layout.menu("PRT_MT_skies", icon="LIGHT_SUN")
         column = layout.column()
         column.use_property_decorate = False
@@ -47,6 +47,12 @@ class PRT_PT_light(Tab, bpy.types.Panel):
         for sentence in state.not_followed:
             draw_text(context, layout.column(align=True), f"{sentence[0].upper()}{sentence[1:]}.", "INFO")
         layout.operator("prt.keyframe_light", icon="KEYTYPE_KEYFRAME_VEC")
+
+
+def _has_sky(world: bpy.types.World | None) -> bool:
+    """Whether a world has a picture, or another texture of a sky, of its own."""
+    nodes = world.node_tree.nodes if world and world.node_tree else ()
+    return any(node.bl_idname in {"ShaderNodeTexEnvironment", "ShaderNodeTexSky"} for node in nodes)
 
 
 def another_window(scene: bpy.types.Scene) -> bool:

@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 
 from .. import operators
-from ..prt_addon.scene.sky.studio import icon_of, studio_skies
+from ..prt_addon.scene.sky.studio import free_icons, icon_of, load_icons, studio_skies
 
 
 class PRT_MT_skies(bpy.types.Menu):
@@ -46,9 +46,11 @@ CLASSES = (PRT_MT_skies, PRT_MT_object)
 
 def register() -> None:
     """Append the entry."""
+    load_icons()
     bpy.types.VIEW3D_MT_object.append(_draw_entry)
 
 
 def unregister() -> None:
     """Take it out."""
     bpy.types.VIEW3D_MT_object.remove(_draw_entry)
+    free_icons()

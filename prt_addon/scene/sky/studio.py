@@ -7,8 +7,10 @@ from functools import cache
 from pathlib import Path
 
 import bpy
+import bpy.utils.previews
 
 from ...core.errors import LightError
+from ...session import session
 from ..blender.nodes import Wiring, turn_nodes
 from .sky import output_of
 
@@ -20,10 +22,25 @@ def studio_skies() -> dict[str, Path]:
     return {path.stem: path for path in sorted(folder.glob("*.exr"))}
 
 
+def load_icons() -> None:
+    """Have Blender make small pictures of them, when they are first drawn; there are none in background."""
+    if bpy.app.background or session.sky_icons is not None:
+        return
+    session.sky_icons = bpy.utils.previews.new()
+    for name, path in studio_skies().items():
+        session.sky_icons.load(name, str(path), "IMAGE")
+
+
+def free_icons() -> None:
+    """Give them back."""
+    if session.sky_icons is not None:
+        bpy.utils.previews.remove(session.sky_icons)
+        session.sky_icons = None
+
+
 def icon_of(name: str) -> int:
-    """The small picture that Blender has of one of them; 0 in background."""
-    lights = bpy.context.preferences.studio_lights
-    return next((light.icon_id for light in lights if light.type == "WORLD" and Path(light.name).stem == name), 0)
+    """Identifier of the small picture of one of them; 0 if there is none."""
+    return int(session.sky_icons[name].icon_id) if session.sky_icons else 0
 
 
 def use_studio_sky(scene: bpy.types.Scene, name: str) -> bpy.types.World:
