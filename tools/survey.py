@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Any
 
 SUFFIXES = (".blend", ".glb", ".gltf", ".obj", ".fbx", ".ply", ".stl")
-_PATIENCE = 300  # seconds for one file
+_PATIENCE = 900  # seconds for one file
 _BAKE = {"samples": 64, "bounces": 1}
 _PICTURE = {"picture_size": 200, "picture_samples": 32, "points": 16, "paths": 16}
 
