@@ -245,3 +245,28 @@ def test_sheared_objects_are_refused(blender, scene, stage, build):
         blender.ops.prt.bake(mode="UNSHADOWED")
     assert "_PRT_0" not in ob.data.attributes
     bake(blender, ob, "SCENE")
+
+
+@pytest.mark.parametrize("carried", [False, True])
+def test_instances_show_their_sources_transport(blender, part, scene, stage, tmp_path, carried):
+    """Of a source that is baked for its own axes: a collection instance is lit as the object would be in its place."""
+    stage.environment(stage.picture("Sky", stage.six_coloured_sky(64)))
+    source = stage.object_of("Source", stage.cube(0.8), stage.diffuse())
+    if carried:
+        source.modifiers.new("Bevel", "BEVEL").segments = 3
+    source.prt.space = "OBJECT"
+    blender.ops.prt.bake(mode="SHADOWED", samples=64)
+    stage.top_camera()
+    turn = (0.5, 0.4, 1.1)
+    source.rotation_euler = turn
+    wanted = stage.render(tmp_path / "object.exr")
+    source.rotation_euler = (0.0, 0.0, 0.0)
+    holder = blender.data.collections.new("Holder")
+    holder.objects.link(source)
+    scene.collection.objects.unlink(source)
+    empty = blender.data.objects.new("Instance", None)
+    empty.instance_type, empty.instance_collection, empty.rotation_euler = "COLLECTION", holder, turn
+    scene.collection.objects.link(empty)
+    found = stage.render(tmp_path / "instance.exr")
+    assert wanted[..., :3].max() > 0.3
+    np.testing.assert_allclose(found, wanted, atol=2e-3)
