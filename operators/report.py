@@ -126,7 +126,7 @@ class PRT_OT_report(JobOperator, ReportProperties, bpy.types.Operator):
         pictures = compare.Pictures(self._settings.picture_size, self._settings.picture_samples, bounces)
         difference = self._file.with_name(f"{self._file.stem}_difference.exr")
         found = compare.compare_engines(context, objects, pictures, difference)
-        return picture_report(found.apart, found.flip) | {"difference": str(difference)}
+        return picture_report(found.difference, found.flip) | {"difference": str(difference)}
 
     def _path(self) -> Path:
         if self.filepath:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import bpy
 from bpy.props import IntProperty
 
-from ..prt_addon.core.bake.run import PLAINLY
+from ..prt_addon.core.bake.run import DEFAULT_RUN
 from ..prt_addon.core.bake.shards import PieceFolder, Shard
 from ..prt_addon.core.errors import ShardError
 from ..prt_addon.core.monitor import Work
@@ -77,7 +77,7 @@ class PRT_OT_bake_shard(ShardOperator, BakeProperties, bpy.types.Operator):
             problem,
             shard,
             work=Work(rays=settings.samples * (span.stop - span.start)),
-            run=replace(PLAINLY, pieces=PieceFolder(folder, problem.trace_key, shard)),
+            run=replace(DEFAULT_RUN, pieces=PieceFolder(folder, problem.trace_key, shard)),
             threads=context.scene.render.threads,
             patience=engine_patience(context),
         )

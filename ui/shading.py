@@ -24,7 +24,7 @@ class PRT_PT_shading(Tab, bpy.types.Panel):
         shading = getattr(getattr(context, "space_data", None), "shading", None)
         if shading and shading.type in _WITHOUT_LIGHT:
             draw_text(context, layout.column(align=True), "This view shows no baked light. Switch it:", "INFO")
-            layout.row(align=True).prop(shading, "type", expand=True)
+            layout.prop(shading, "type", text="")
         if ob and ob.type == "MESH":
             _draw_freshness(context, layout.column(align=True), freshness.glance(context, ob))
         column = layout.column(align=True)

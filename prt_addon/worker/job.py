@@ -12,7 +12,7 @@ from collections.abc import Callable
 from typing import Any, Generic, TypeVar
 
 from ..core.bake.bake import BakeResult
-from ..core.bake.run import PLAINLY, Run
+from ..core.bake.run import DEFAULT_RUN, Run
 from ..core.errors import CANCELLED, Cancelled, EngineError, PRTError
 from ..core.monitor import Work
 from ..core.problem import BakeProblem
@@ -40,7 +40,7 @@ class Job(Generic[Value]):
         task: Callable[..., Value],
         *arguments: Any,
         work: Work,
-        run: Run = PLAINLY,
+        run: Run = DEFAULT_RUN,
         threads: int = 0,
         patience: float = PATIENCE,
         doing: str = "",
@@ -163,7 +163,9 @@ class Job(Generic[Value]):
                 self._speeds.popleft()
 
 
-def bake_job(problem: BakeProblem, run: Run = PLAINLY, threads: int = 0, patience: float = PATIENCE) -> Job[BakeResult]:
+def bake_job(
+    problem: BakeProblem, run: Run = DEFAULT_RUN, threads: int = 0, patience: float = PATIENCE
+) -> Job[BakeResult]:
     """The job of a whole bake."""
     return Job(tasks.bake, problem, work=problem.work, run=run, threads=threads, patience=patience)
 

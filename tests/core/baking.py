@@ -2,18 +2,18 @@
 """Bakes of one island, told in few words; a monitor that notes what it sees."""
 
 from prt_addon.core.bake import bake as engine
-from prt_addon.core.bake.run import PLAINLY
+from prt_addon.core.bake.run import DEFAULT_RUN
 from prt_addon.core.bake.trace import trace_island
 from prt_addon.core.monitor import Monitor, Work
 from prt_addon.core.problem import BakeProblem, Island
 
 
-def bake(groups, occluders, settings, run=PLAINLY):
+def bake(groups, occluders, settings, run=DEFAULT_RUN):
     """The transport of each group."""
     return engine.bake(BakeProblem.of(groups, occluders, settings), run).transport
 
 
-def trace_all(groups, occluders, settings, run=PLAINLY):
+def trace_all(groups, occluders, settings, run=DEFAULT_RUN):
     """What their rays find."""
     return trace_island(Island(groups, occluders), settings, run)
 

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from prt_addon.core.bake.run import PLAINLY
+from prt_addon.core.bake.run import DEFAULT_RUN
 from prt_addon.core.errors import Cancelled, EngineError, MeshError, NoRoom, PRTError
 from prt_addon.core.monitor import Work
 from prt_addon.core.problem import BakeProblem, BakeSettings
@@ -361,7 +361,7 @@ def test_it_runs_the_engine_alone(scene, tmp_path):
 
 def test_how_it_is_carried_out_reaches_it(scene, tmp_path):
     """A bake whose hits have no room in memory or on disk fails there as it would here."""
-    one = bake(scene, run=replace(PLAINLY, memory=0))
+    one = bake(scene, run=replace(DEFAULT_RUN, memory=0))
     one.start()
     assert all(map(np.array_equal, one.result().transport, baking.bake(*scene, SETTINGS)))
 

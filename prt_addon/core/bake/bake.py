@@ -16,7 +16,7 @@ from ..surface import Albedo
 from ..transport.bounces import interreflected
 from ..transport.direct import unshadowed
 from ..transport.inside import FilledGather
-from .run import PLAINLY, Run
+from .run import DEFAULT_RUN, Run
 from .shards import Shard
 from .trace import Caster, Traced, check_finite, trace_island
 
@@ -35,7 +35,7 @@ class BakeResult:
     findings: list[tuple[int, Notice]]
 
 
-def bake(problem: BakeProblem, run: Run = PLAINLY) -> BakeResult:
+def bake(problem: BakeProblem, run: Run = DEFAULT_RUN) -> BakeResult:
     """Transport of all receivers.
 
     Light bounces only off triangles whose corners are receivers: an island has groups of everything that shall bounce
@@ -113,7 +113,7 @@ def _kept_or_traced(island: Island, settings: BakeSettings, run: Run) -> Traced:
     return traced
 
 
-def bounce(traced: Traced, occluders: Occluders, settings: BakeSettings, run: Run = PLAINLY) -> list[Float32]:
+def bounce(traced: Traced, occluders: Occluders, settings: BakeSettings, run: Run = DEFAULT_RUN) -> list[Float32]:
     """The second half: bounce the light. Only the albedo may differ from the occluders that were traced.
 
     Returns:

@@ -29,5 +29,5 @@ class Run:
     pieces: PieceFolder | None = None
 
 
-PLAINLY = Run()
+DEFAULT_RUN = Run()
 """On all cores, unwatched, keeping nothing."""

@@ -18,7 +18,7 @@ from ..transport.direct import Receivers, shadowed
 from ..transport.hits import HitStore, trace
 from ..transport.inside import Fill, Surroundings, find_buried, is_dark
 from ..transport.raycast import SMALLEST_SKIP, RayScene
-from .run import PLAINLY, Run
+from .run import DEFAULT_RUN, Run
 from .shards import Piece, cut
 
 Float32 = npt.NDArray[np.float32]
@@ -69,7 +69,7 @@ class Traced:
         return self.direct.nbytes + self.hits.nbytes
 
 
-def trace_island(island: Island, settings: BakeSettings, run: Run = PLAINLY) -> Traced:
+def trace_island(island: Island, settings: BakeSettings, run: Run = DEFAULT_RUN) -> Traced:
     """The first half of a bake: all of its rays. Errors as those of `bake`; the mode must cast rays."""
     check_finite(island.groups)
     caster = Caster(island, settings, run)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from math import ceil, hypot, log2, sqrt
 
 from .measures import Estimate, percent
-from .picture import Apart
+from .picture import PictureDifference
 from .sampling import Sampling
 from .tessellation import Tessellation
 from .truncation import Truncation
@@ -93,7 +93,7 @@ def about_rest(whole: Estimate, parts: Sequence[Estimate], bounces: bool) -> str
     return f"{percent(rest)} of error is in none of these parts: {remedy}."
 
 
-def about_pictures(found: Apart) -> str:
+def about_pictures(found: PictureDifference) -> str:
     """How far EEVEE's picture is from Cycles', and to which side."""
     if not found.relative_rms.is_known:
         return "No pixel shows a baked surface: point the camera at one."

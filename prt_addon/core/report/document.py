@@ -10,7 +10,7 @@ from typing import Any
 from .advice import about_pictures, about_rest, about_sampling, about_tessellation, about_truncation
 from .findings import Findings
 from .measures import CONVERGED, Estimate
-from .picture import Apart
+from .picture import PictureDifference
 from .sampling import Sampling, sampling
 from .tessellation import Tessellation, tessellation
 from .total import Total, total
@@ -97,7 +97,7 @@ def _truncation(part: Truncation) -> Json:
     }
 
 
-def picture_report(found: Apart, flip: float | None) -> Json:
+def picture_report(found: PictureDifference, flip: float | None) -> Json:
     """A comparison of pictures."""
     return {
         "relative_rms": estimate(found.relative_rms),

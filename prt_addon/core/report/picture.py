@@ -18,7 +18,7 @@ _OPAQUE = 0.99
 
 
 @dataclass(frozen=True)
-class Apart:
+class PictureDifference:
     """How far a picture is from the truth, over the pixels that both show whole.
 
     The intervals of the first two are those that the truth's own noise leaves: no other pixels could have been drawn.
@@ -41,7 +41,7 @@ def compared(ours: Float32, truths: Float32) -> Bools:
     return opaque
 
 
-def apart(ours: Float32, truths: Float32) -> Apart:
+def picture_difference(ours: Float32, truths: Float32) -> PictureDifference:
     """Measure a picture (H, W, 4) against two independently rendered ones of the truth (2, H, W, 4), linear light."""
     mask = compared(ours, truths)
     truth = truths[:, mask, :3].astype(np.float64)
@@ -52,13 +52,13 @@ def apart(ours: Float32, truths: Float32) -> Apart:
     rms = relative_rms(squares, whole, weights)
     bias = ratio_of_means(error, mean, weights)
     if not rms.is_known:
-        return Apart(rms, bias, rms, len(weights))
+        return PictureDifference(rms, bias, rms, len(weights))
     spread = float((2.0 * np.maximum(squares, 0.0) * noise + noise**2).sum()) / float(whole.sum()) ** 2
     margin = TWO_SIDED_95 * float(np.sqrt(spread))
     low, high = np.sqrt(np.maximum(rms.value**2 + np.array((-margin, margin)), 0.0))
     bias_margin = TWO_SIDED_95 * float(np.sqrt(noise.sum() / 2.0)) / float(mean.sum())
     local = np.sqrt((errors.mean(axis=0) ** 2).mean(axis=-1) / whole.mean())
-    return Apart(
+    return PictureDifference(
         Estimate(rms.value, float(low), float(high)),
         Estimate(bias.value, bias.value - bias_margin, bias.value + bias_margin),
         percentile(local, weights, 0.95),

@@ -93,7 +93,7 @@ def _inverted(ends: Float64, amount: Float64) -> tuple[Int64, Float64]:
     return run, np.clip((amount - start) / np.where(length > 0.0, length, 1.0), 0.0, 1.0)
 
 
-def handy(picture: Float32) -> Float32:
+def reduced(picture: Float32) -> Float32:
     """A picture (H, W, 3), averaged down by a whole number if it is wider than `MAX_WIDTH`."""
     height, width = picture.shape[:2]
     step = -(-width // MAX_WIDTH)

@@ -21,13 +21,13 @@ from ..monitor import Work
 from ..problem import BOUNCE_IN_RAYS, THIN
 from ..surface import Albedo
 from ..workers import ALL_CORES, Workers
-from .hits import KEEN, ONE, HitStore, KeptHits, Packed, barycentrics, corners
+from .hits import ONE, STEADY_BITS, HitStore, KeptHits, Packed, barycentrics, corners
 from .sources import Sources
 
 Float32 = npt.NDArray[np.float32]
 Int64 = npt.NDArray[np.int64]
 
-_KEEN_BITS = np.uint64(KEEN << 16 | KEEN)  # of the barycentrics of a hit
+_STEADY_MASK = np.uint64(STEADY_BITS << 16 | STEADY_BITS)  # of the barycentrics of a hit
 _RECEIVERS_AT_A_TIME = 1 << 10
 _HITS_AT_A_TIME = 1 << 19  # bounds the memory of bakes with many samples
 _RAYS_IN_CACHE = 1 << 12  # measured: fewer pay for the calls, of more what they return leaves the cache
@@ -40,14 +40,14 @@ _FINE = 0.03  # at 256 rays; see `Gather`
 class _Bounce:
     """What one bounce reads.
 
-    lit: (M + 1, C * 9) what each source returns; the last one nothing.
-    standing: (3 T,) the source that stands for hits drawn to each corner; the last one where the corners differ too much.
+    returned_light: (M + 1, C * 9) what each source returns; the last one nothing.
+    stand_ins: (3 T,) the source that stands for hits drawn to each corner; the last one where the corners differ too much.
     thin: None to read all hits, or the number of a thin bounce.
     rays: how many rays of each receiver the hits that are read stand for.
     """
 
-    lit: Float32
-    standing: npt.NDArray[np.int32]
+    returned_light: Float32
+    stand_ins: npt.NDArray[np.int32]
     thin: int | None
     rays: int
 
@@ -111,30 +111,30 @@ class Gather:
 
         A thin one reads a quarter of the hits, others for each number: faster, with more noise, and the same on average.
         """
-        lit = self.sources.lit(transport)
+        returned_light = self.sources.returned_light(transport)
         rays = self._samples if thin is None else max(1, self._samples // THIN)
-        bounce = _Bounce(lit, self._standing(lit), thin, rays)
-        out = np.empty((self._receivers, lit.shape[1]), dtype=np.float32)
+        bounce = _Bounce(returned_light, self._stand_ins(returned_light), thin, rays)
+        out = np.empty((self._receivers, returned_light.shape[1]), dtype=np.float32)
         for piece in self._pieces:
             self._gather_piece(out[piece.receivers], piece, bounce)
         out *= np.float32(1.0 / self._samples)
         return out.reshape(len(out), *transport.shape[1:])
 
-    def _standing(self, lit: Float32) -> npt.NDArray[np.int32]:
+    def _stand_ins(self, returned_light: Float32) -> npt.NDArray[np.int32]:
         """(3 T,) sources; see `_Bounce`."""
-        standing = self.sources.corner.copy()
+        stand_ins = self.sources.corner.copy()
 
         def work(part: slice) -> None:
-            a, b, c = (lit.take(corner, axis=0) for corner in self.sources.corner[part].T)
+            a, b, c = (returned_light.take(corner, axis=0) for corner in self.sources.corner[part].T)
             highest = np.maximum(a, b)
             np.maximum(highest, c, out=highest)
             np.minimum(a, b, out=a)
             np.minimum(a, c, out=a)
             highest -= a
-            standing[part][highest.max(axis=1) >= self._fine] = self.sources.black
+            stand_ins[part][highest.max(axis=1) >= self._fine] = self.sources.black
 
-        self._workers.run(len(standing), _TRIANGLES_AT_A_TIME, work)
-        return standing.reshape(-1)
+        self._workers.run(len(stand_ins), _TRIANGLES_AT_A_TIME, work)
+        return stand_ins.reshape(-1)
 
     def _gather_piece(self, out: Float32, piece: _Piece, bounce: _Bounce) -> None:
         def work(part: slice) -> Work:
@@ -159,27 +159,27 @@ class Gather:
 
     def _summed(self, packed: Packed, tint: Float32 | None, starts: Int64, bounce: _Bounce) -> Float32:
         """(n, C * 9) sums over the hits of each receiver."""
-        lit = bounce.lit
-        source = bounce.standing.take(corners(packed)).astype(np.intp)
-        out = _run_sums(lit, source, starts, tint, max(1, _RAYS_IN_CACHE // bounce.rays))
+        returned_light = bounce.returned_light
+        source = bounce.stand_ins.take(corners(packed)).astype(np.intp)
+        out = _run_sums(returned_light, source, starts, tint, max(1, _RAYS_IN_CACHE // bounce.rays))
         coarse = np.flatnonzero(source == self.sources.black)
         if len(coarse):
-            returned = self._interpolated(lit, packed[coarse])
+            returned = self._interpolated(returned_light, packed[coarse])
             _tinted(returned, None if tint is None else tint[coarse])
             coarse_starts = np.searchsorted(coarse, starts)
             filled = np.flatnonzero(np.diff(coarse_starts))
             out[filled] += np.add.reduceat(returned, coarse_starts[filled], axis=0)
         return out
 
-    def _interpolated(self, lit: Float32, packed: Packed) -> Float32:
+    def _interpolated(self, returned_light: Float32, packed: Packed) -> Float32:
         """(H, C * 9) what hits return, between all three corners of their triangles."""
         u, v = barycentrics(packed)
         shares = np.stack([ONE - u - v, u, v], axis=1).astype(np.float32) / np.float32(ONE)
         sources = self.sources.corner.take(corners(packed) // 3, axis=0)
-        returned = np.empty((len(packed), lit.shape[1]), dtype=np.float32)
+        returned = np.empty((len(packed), returned_light.shape[1]), dtype=np.float32)
         for first in range(0, len(packed), _COARSE_AT_A_TIME):
             part = slice(first, first + _COARSE_AT_A_TIME)
-            np.einsum("hk,hkc->hc", shares[part], lit.take(sources[part], axis=0), out=returned[part])
+            np.einsum("hk,hkc->hc", shares[part], returned_light.take(sources[part], axis=0), out=returned[part])
         return returned
 
     def _tint(self, packed: Packed, colours: npt.NDArray[np.uint16]) -> Float32:
@@ -217,11 +217,11 @@ class Gather:
         return np.cumsum(starts), np.concatenate([chunks[first] for first in sorted(chunks)])
 
 
-def _run_sums(lit: Float32, source: Int64, starts: Int64, tint: Float32 | None, block: int) -> Float32:
+def _run_sums(returned_light: Float32, source: Int64, starts: Int64, tint: Float32 | None, block: int) -> Float32:
     """(n, C * 9) sums over what runs of sources return.
 
     Args:
-        lit: (M, C * 9) what the sources return.
+        returned_light: (M, C * 9) what the sources return.
         source: (H,) which.
         starts: (n + 1,) where the run of each receiver starts.
         tint: (H, C) what the channels are multiplied by; 1 if None.
@@ -231,14 +231,14 @@ def _run_sums(lit: Float32, source: Int64, starts: Int64, tint: Float32 | None, 
     begins = starts[filled]
     bounds = np.append(begins[::block], len(source))
     begins -= np.repeat(bounds[:-1], block)[: len(begins)]
-    rows = np.empty((np.diff(bounds).max(initial=0), lit.shape[1]), dtype=np.float32)
-    sums = np.empty((len(filled), lit.shape[1]), dtype=np.float32)
+    rows = np.empty((np.diff(bounds).max(initial=0), returned_light.shape[1]), dtype=np.float32)
+    sums = np.empty((len(filled), returned_light.shape[1]), dtype=np.float32)
     for first, (begin, end) in zip(range(0, len(filled), block), pairwise(bounds.tolist()), strict=True):
         returned = rows[: end - begin]
-        lit.take(source[begin:end], axis=0, out=returned, mode="clip")
+        returned_light.take(source[begin:end], axis=0, out=returned, mode="clip")
         _tinted(returned, None if tint is None else tint[begin:end])
         np.add.reduceat(returned, begins[first : first + block], axis=0, out=sums[first : first + block])
-    out = np.zeros((len(starts) - 1, lit.shape[1]), dtype=np.float32)
+    out = np.zeros((len(starts) - 1, returned_light.shape[1]), dtype=np.float32)
     out[filled] = sums
     return out
 
@@ -252,7 +252,7 @@ def _thinned(packed: Packed, starts: Int64, number: int) -> tuple[Int64, Int64]:
     count = np.diff(starts)
     taken = -(-count // THIN)
     thin_starts = np.concatenate([[0], np.cumsum(taken)])
-    random = (packed.take(starts[:-1], mode="clip") & _KEEN_BITS) + np.uint64(number)
+    random = (packed.take(starts[:-1], mode="clip") & _STEADY_MASK) + np.uint64(number)
     first = (random * np.uint64(0x9E3779B97F4A7C15) >> np.uint64(48)).astype(np.int64)
     place = np.arange(thin_starts[-1]) - np.repeat(thin_starts[:-1], taken)
     at = ((place << 16) + np.repeat(first, taken)) * np.repeat(count, taken) // np.repeat(taken << 16, taken)

@@ -23,7 +23,7 @@ UInt32 = npt.NDArray[np.uint32]
 ONE = 0xFFFF
 """A barycentric of one, in the fixed point that hits are kept in."""
 
-KEEN = 0xFFC0
+STEADY_BITS = 0xFFC0
 """The bits of a barycentric that random choices are made of: the rounding of a ray seldom changes them."""
 
 
@@ -165,7 +165,7 @@ def _drawn(u: UInt32, v: UInt32) -> npt.NDArray[np.uint8]:
 
     The random number is made of the barycentrics themselves, and depends on nothing but where the ray hit.
     """
-    number = ((u & KEEN) << 10 | (v & KEEN) >> 6) * np.uint32(0x9E3779B1) >> 16
+    number = ((u & STEADY_BITS) << 10 | (v & STEADY_BITS) >> 6) * np.uint32(0x9E3779B1) >> 16
     not_first, second = number < u + v, number < u
     return not_first.view(np.uint8) * np.uint8(2) - second.view(np.uint8)
 

@@ -47,11 +47,11 @@ class Sources:
         """The number of one more source, which returns nothing."""
         return len(self.receiver)
 
-    def lit(self, transport: Float32) -> Float32:
+    def returned_light(self, transport: Float32) -> Float32:
         """(M + 1, C * 9) what each source returns of (N, C, 9)."""
-        lit = np.zeros((len(self.receiver) + 1, *transport.shape[1:]), dtype=np.float32)
-        np.multiply(transport[self.receiver], self.tint[:, :, None], out=lit[:-1])
-        return lit.reshape(len(lit), -1)
+        returned_light = np.zeros((len(self.receiver) + 1, *transport.shape[1:]), dtype=np.float32)
+        np.multiply(transport[self.receiver], self.tint[:, :, None], out=returned_light[:-1])
+        return returned_light.reshape(len(returned_light), -1)
 
 
 def _row_ids(rows: Float32) -> Int64:

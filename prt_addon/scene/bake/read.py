@@ -26,7 +26,7 @@ from ..material.albedo import AlbedoDraft, AlbedoReader, SurfaceAlbedo
 from ..mesh.carrier import Geometry, is_shared, transport_mesh
 from ..mesh.layers import Space, is_baked, space_of
 from ..mesh.meshes import ObjectReceivers, Surface, own_axes, read_receivers, read_surface, same_topology
-from ..mesh.record import Crowd, Evidence, Identity, identity, surface_identity
+from ..mesh.record import Evidence, Identity, IdentitySum, identity, surface_identity
 from ..mesh.strands import strands
 from . import choose
 from .blocking import blocking_faces, blocks_light
@@ -210,7 +210,7 @@ def read_bake(
     notices += [notice for read in (*chosen.values(), *others) if read.albedo for notice in read.albedo.notices]
     notices += choose.instances(found.instances) + choose.strands(context) + choose.no_meshes(context)
     staying = {ob: read for ob, read in chosen.items() if spaces[ob] == "SCENE"}
-    crowd = Crowd.of(read.identity for read in (*staying.values(), *others) if read.blocks)
+    everything = IdentitySum.of(read.identity for read in (*staying.values(), *others) if read.blocks)
     groups = _numbers([ob in staying for ob in chosen], sum(read.receivers is not None for read in others))
     return BakePlan(
         objects=[
@@ -219,7 +219,9 @@ def read_bake(
                 read.surface,
                 read.receivers,
                 spaces[ob],
-                Evidence(read.identity, baked[ob].matrix, _around(crowd, read) if ob in staying else Crowd()),
+                Evidence(
+                    read.identity, baked[ob].matrix, _around(everything, read) if ob in staying else IdentitySum()
+                ),
                 number,
                 (len(ob.data.vertices), len(ob.data.loops)),
                 baked[ob].carried,
@@ -234,7 +236,8 @@ def read_bake(
             ],
             settings=settings,
             fingerprint=_fingerprint(
-                [*((spaces[ob], read) for ob, read in chosen.items()), *(("SCENE", read) for read in others)], crowd
+                [*((spaces[ob], read) for ob, read in chosen.items()), *(("SCENE", read) for read in others)],
+                everything,
             ),
         ),
         notices=notices,
@@ -260,9 +263,9 @@ def survey(
         own = {ob: draft.complete().identity for ob, draft in drafts.items()}
         blocking = {ob: draft.blocks for ob, draft in drafts.items()}
         around = [draft.complete().identity for _, draft in found.others]
-    crowd = Crowd.of([*(own[ob] for ob in own if blocking[ob]), *around])
+    everything = IdentitySum.of([*(own[ob] for ob in own if blocking[ob]), *around])
     return [
-        Evidence(own[ob], found.chosen[ob].matrix, crowd.without(own[ob]) if blocking[ob] else crowd)
+        Evidence(own[ob], found.chosen[ob].matrix, everything.without(own[ob]) if blocking[ob] else everything)
         if ob in own
         else None
         for ob in objects
@@ -419,9 +422,9 @@ def _radius(read: _Read) -> float:
     return float(np.linalg.norm(np.ptp(read.surface.vertices, axis=0))) / 2.0 if len(read.surface.vertices) else 0.0
 
 
-def _around(crowd: Crowd, read: _Read) -> Crowd:
+def _around(everything: IdentitySum, read: _Read) -> IdentitySum:
     """All that blocks light beside one that was read."""
-    return crowd.without(read.identity) if read.blocks else crowd
+    return everything.without(read.identity) if read.blocks else everything
 
 
 def _numbers(stay: Sequence[bool], others: int) -> list[int]:
@@ -435,9 +438,9 @@ def _island(read: Sequence[_Read], bounces: bool) -> Island:
     return Island([one.receivers.group for one in read if one.receivers], _joined(read, bounces))
 
 
-def _fingerprint(receiving: Iterable[tuple[str, _Read]], crowd: Crowd) -> str:
+def _fingerprint(receiving: Iterable[tuple[str, _Read]], everything: IdentitySum) -> str:
     """Of those that receive light and what they are baked for, and of all that blocks it. Colours play no part."""
-    parts = [f"{crowd.occluders:x}".encode()]
+    parts = [f"{everything.occluders:x}".encode()]
     for space, read in receiving:
         if read.receivers:
             own = read.identity

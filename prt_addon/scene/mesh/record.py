@@ -56,7 +56,7 @@ class Identity:
 
     @cached_property
     def numbers(self) -> tuple[int, int, int]:
-        """What it adds to a `Crowd`: as an occluder, as what light bounces off, and with its colours."""
+        """What it adds to a `IdentitySum`: as an occluder, as what light bounces off, and with its colours."""
         occluder = self.shape + self.placement
         reflector = occluder + self.normals
         occludes, reflects, colours = map(digest, (occluder, reflector, reflector + self.colours))
@@ -64,7 +64,7 @@ class Identity:
 
 
 @dataclass(frozen=True)
-class Crowd:
+class IdentitySum:
     """Many objects as one, whatever their order: sums of their numbers.
 
     Sums and not exclusive ors: two of a kind must not cancel.
@@ -75,15 +75,15 @@ class Crowd:
     colours: int = 0
 
     @classmethod
-    def of(cls, identities: Iterable[Identity]) -> Crowd:
-        """The crowd of some objects."""
+    def of(cls, identities: Iterable[Identity]) -> IdentitySum:
+        """The everything of some objects."""
         numbers = [identity.numbers for identity in identities]
         return cls(*map(sum, zip(*numbers, strict=True)))
 
-    def without(self, one: Identity) -> Crowd:
-        """The crowd that one of its objects sees around itself."""
+    def without(self, one: Identity) -> IdentitySum:
+        """The everything that one of its objects sees around itself."""
         occludes, reflects, colours = one.numbers
-        return Crowd(self.occluders - occludes, self.reflectors - reflects, self.colours - colours)
+        return IdentitySum(self.occluders - occludes, self.reflectors - reflects, self.colours - colours)
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ class Evidence:
 
     own: Identity
     matrix: npt.NDArray[np.float64]
-    others: Crowd
+    others: IdentitySum
 
     def fingerprint(self, mode: str, space: str) -> Fingerprint:
         """The part that matters to a bake."""

@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 from ...core.errors import RenderError
 from ...core.files import written
-from ...core.report.picture import Apart, apart, compared, flip
+from ...core.report.picture import PictureDifference, compared, flip, picture_difference
 from ..blender.images import float_image
 from ..shading.shading import our_nodes
 
@@ -50,7 +50,7 @@ class Pictures:
 class Compared:
     """The result: numbers, and FLIP where it could be measured."""
 
-    apart: Apart
+    difference: PictureDifference
     flip: float | None
 
 
@@ -91,7 +91,7 @@ def compare_engines(
         seen = [np.where(mask[..., None], one, np.float32(0.0)) for one in (ours, truth)]
         shown, wanted = (_displayed(scene, one, Path(folder) / "displayed.png") for one in seen)
     _keep_difference(np.abs(seen[0] - seen[1]), mask, difference)
-    return Compared(apart(ours, both), flip(shown, wanted, mask))
+    return Compared(picture_difference(ours, both), flip(shown, wanted, mask))
 
 
 @contextmanager

@@ -16,7 +16,7 @@ from ...core.errors import LightError, MeshError
 from ...core.notices import Notice
 from ...core.problem import BakeProblem, BakeSettings
 from ...core.report.subject import Light, Scenery, Subject
-from ...core.sky.sampler import handy
+from ...core.sky.sampler import reduced
 from ..bake import choose
 from ..bake.read import read_bake
 from ..blender.libraries import is_own
@@ -109,7 +109,7 @@ def read_light(scene: bpy.types.Scene) -> Light:
     """
     picture, turn = sky_as_projected(scene)
     stored = light.shown_light(scene.world)
-    return Light(handy(picture) * np.float32(scene.world[light.STRENGTH]), turn, stored)
+    return Light(reduced(picture) * np.float32(scene.world[light.STRENGTH]), turn, stored)
 
 
 def sky_as_projected(scene: bpy.types.Scene) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float64]]:

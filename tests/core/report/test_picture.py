@@ -6,7 +6,7 @@ import sys
 import numpy as np
 import pytest
 
-from prt_addon.core.report.picture import apart, compared, flip
+from prt_addon.core.report.picture import compared, flip, picture_difference
 
 SHAPE = (40, 60)
 
@@ -28,7 +28,7 @@ def test_noise_is_no_error():
     inside = 0
     for seed in range(100):
         ours, both, truth = pictures(0.02, 0.1, seed)
-        found = apart(ours, both)
+        found = picture_difference(ours, both)
         wanted = 0.02 / np.sqrt((truth[..., :3] ** 2).mean())
         inside += found.relative_rms.low < wanted < found.relative_rms.high
         assert abs(found.relative_rms.value - wanted) < 0.015
@@ -38,7 +38,7 @@ def test_noise_is_no_error():
 def test_bias_and_percentile():
     """Too bright by 2 % of the mean; without noise the 95th percentile is the error itself."""
     ours, both, truth = pictures(0.02, 0.0)
-    found = apart(ours, both)
+    found = picture_difference(ours, both)
     assert found.bias.value == pytest.approx(0.02 / truth[..., :3].mean(), rel=1e-3)
     assert found.percentile_95.value == pytest.approx(found.relative_rms.value, rel=1e-3)
     assert found.pixels == SHAPE[0] * SHAPE[1]
@@ -47,13 +47,13 @@ def test_bias_and_percentile():
 def test_only_what_all_show_whole_is_compared():
     """Transparent pixels of any picture are left out; none left is unknown."""
     ours, both, _ = pictures(0.02, 0.0)
-    wanted = apart(ours, both).relative_rms.value
+    wanted = picture_difference(ours, both).relative_rms.value
     ours[:10, :, :] = 0.0
     both[1, :, :10, 3] = 0.5
     assert compared(ours, both).sum() == 30 * 50
-    assert apart(ours, both).relative_rms.value == pytest.approx(wanted, rel=0.02)
+    assert picture_difference(ours, both).relative_rms.value == pytest.approx(wanted, rel=0.02)
     both[..., 3] = 0.0
-    assert not apart(ours, both).relative_rms.is_known
+    assert not picture_difference(ours, both).relative_rms.is_known
 
 
 def test_flip_is_its_authors(monkeypatch):

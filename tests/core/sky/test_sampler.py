@@ -6,7 +6,7 @@ import pytest
 
 from prt_addon.core.errors import PictureError
 from prt_addon.core.sky.projection import project_equirect
-from prt_addon.core.sky.sampler import MAX_WIDTH, Skylight, handy
+from prt_addon.core.sky.sampler import MAX_WIDTH, Skylight, reduced
 from prt_addon.core.sphere import sh
 from prt_addon.core.sphere.rotation import rotation_matrix
 from tests.core.references import random_directions, random_rotations
@@ -70,9 +70,9 @@ def test_black_and_broken_skies():
 
 
 def test_huge_pictures_are_averaged_down():
-    """The light stays what it was; a handy picture is left alone."""
+    """The light stays what it was; a small picture is left alone."""
     huge = np.random.default_rng(1).random((8, 2 * MAX_WIDTH, 3)).astype(np.float32)
-    small = handy(huge)
+    small = reduced(huge)
     assert small.shape == (4, MAX_WIDTH, 3)
     np.testing.assert_allclose(small.mean(axis=(0, 1)), huge.mean(axis=(0, 1)), rtol=1e-5)
-    assert handy(small) is small
+    assert reduced(small) is small

@@ -36,11 +36,13 @@ def test_gather_is_the_matrix_it_claims_to_be():
     receivers = receivers_at(scene.normalised(points), normals)
     rays = Pattern(128, 5).rays(receivers)
     hits = scene.hits(rays.origins, rays.directions)
-    lit = np.flatnonzero((hits.triangle >= 0) & hits.front)
-    triangle, u, v = hits.triangle[lit], hits.u[lit], hits.v[lit]
+    returned_light = np.flatnonzero((hits.triangle >= 0) & hits.front)
+    triangle, u, v = hits.triangle[returned_light], hits.u[returned_light], hits.v[returned_light]
     weight = np.stack([1 - u - v, u, v], 1)[:, :, None] * occluders.albedo.at(triangle, u, v)[:, None, :] / 128
     dense = np.zeros((len(points), len(points), 3))
-    np.add.at(dense, (np.repeat(lit // 128, 3), occluders.corner_receiver[triangle].ravel()), weight.reshape(-1, 3))
+    np.add.at(
+        dense, (np.repeat(returned_light // 128, 3), occluders.corner_receiver[triangle].ravel()), weight.reshape(-1, 3)
+    )
     state = np.random.default_rng(0).random((len(points), 3, 9), dtype=np.float32)
     _, gather = gather_of(scene, receivers, occluders.corner_receiver, occluders.albedo, 128, 5)
     np.testing.assert_allclose(gather(state), np.einsum("xyc,yck->xck", dense, state), atol=2e-5)
