@@ -71,7 +71,7 @@ def pressed(path: Path) -> dict[str, Any]:
     try:
         _open(bpy, path)
     except RuntimeError as error:
-        return {"error": str(error).strip().splitlines()[-1]}
+        return {"error": str(error).strip().splitlines()[-1].replace(str(path), path.name)}
     scene = bpy.context.scene
     found["objects"] = len(scene.objects)
     began = time.perf_counter()
@@ -178,6 +178,7 @@ def _look_at(bpy: Any, objects: list[Any]) -> None:
 def page(rows: list[tuple[Path, dict[str, Any]]]) -> str:
     """The Markdown page of what was found."""
     done = [found for _, found in rows if found.get("result") == "FINISHED"]
+    refused = sum("result" in found for _, found in rows) - len(done)
     apart = sorted(found["apart"] for found in done if found.get("apart") is not None)
     middle = f"{apart[len(apart) // 2]:.1%}" if apart else "none"
     lines = [
@@ -186,7 +187,8 @@ def page(rows: list[tuple[Path, dict[str, Any]]]) -> str:
         "What the button does in files from public repositories, opened as they are: with what they have selected, hidden and",
         "linked, and without the files that they have lost. Made by `tools/survey.py`; the files are not part of the project.",
         "",
-        f"{len(done)} of {len(rows)} bake at the first press. The others say in one sentence why nothing can be baked.",
+        f"{len(done)} of {len(rows)} bake at the first press. {refused} say in one sentence why nothing can be baked.",
+        f"{len(rows) - len(done) - refused} cannot be opened, or are not done in the time that this table allows a file.",
         "",
         f"*Apart*: relative RMS between EEVEE's picture and Cycles', all surfaces matte, under Blender's *forest*; {middle} in",
         "the middle. Nine coefficients and vertices as these files have them are what most of it is. *Carried*: objects whose",
