@@ -11,28 +11,31 @@ from prt_addon.core.report.picture import compared, flip, picture_difference
 SHAPE = (40, 60)
 
 
-def pictures(error, noise, seed=1):
-    """A truth of about one, twice with noise, and a picture that is off by `error` everywhere."""
+def pictures(error, noise, seed=1, grey=False):
+    """A truth of about one, twice with noise, in all channels alike or not, and a picture off by `error` everywhere."""
     rng = np.random.default_rng(seed)
     truth = np.ones((*SHAPE, 4), dtype=np.float32)
     truth[..., :3] = rng.uniform(0.5, 1.5, (*SHAPE, 3))
     ours = truth.copy()
     ours[..., :3] += error
     both = np.stack([truth, truth])
-    both[..., :3] += noise * rng.normal(size=(2, *SHAPE, 3))
+    both[..., :3] += noise * rng.normal(size=(2, *SHAPE, 1 if grey else 3))
     return ours, both, truth
 
 
-def test_noise_is_no_error():
-    """An error of 2 % under noise of 10 %: found, with an interval that holds it 19 times in 20."""
-    inside = 0
-    for seed in range(100):
-        ours, both, truth = pictures(0.02, 0.1, seed)
+@pytest.mark.parametrize("grey", [False, True], ids=["coloured", "grey"])
+@pytest.mark.parametrize(("error", "noise"), [(0.02, 0.1), (0.1, 0.1), (0.1, 0.02)])
+def test_noise_is_no_error(error, noise, grey):
+    """Errors under noise of another size: found, with intervals that hold them 19 times in 20, neither more nor less."""
+    held = np.zeros(2)
+    for seed in range(400):
+        ours, both, truth = pictures(error, noise, seed, grey)
         found = picture_difference(ours, both)
-        wanted = 0.02 / np.sqrt((truth[..., :3] ** 2).mean())
-        inside += found.relative_rms.low < wanted < found.relative_rms.high
-        assert abs(found.relative_rms.value - wanted) < 0.015
-    assert inside >= 88
+        rms = error / np.sqrt((truth[..., :3] ** 2).mean())
+        bias = error / truth[..., :3].mean()
+        held += found.relative_rms.low < rms < found.relative_rms.high, found.bias.low < bias < found.bias.high
+        assert abs(found.relative_rms.value - rms) < 0.03
+    assert (held >= 370).all() and (held <= 391).all()
 
 
 def test_bias_and_percentile():
