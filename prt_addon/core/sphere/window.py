@@ -116,16 +116,17 @@ def minimum(light: Array) -> Array:
     values, vectors = np.linalg.eigh(sh.band2_form(light[4:9].T))
     linear = np.sqrt(3.0 / (4.0 * np.pi)) * light[[3, 1, 2]].T
     squares = np.einsum("cij,ci->cj", vectors, linear) ** 2 / 4.0
-    high = values[:, :1]
-    low = high - np.sqrt(squares.sum(axis=1, keepdims=True))
+    gaps = values - values[:, :1]
+    # t is q_0 less a distance: the distance alone keeps its bits where band 1 is next to nothing beside q_0
+    near, far = np.zeros((len(values), 1)), np.sqrt(squares.sum(axis=1, keepdims=True))
     for _ in range(_HALVINGS):
-        middle = (low + high) / 2.0
+        middle = (near + far) / 2.0
         with np.errstate(divide="ignore", invalid="ignore"):
-            slope = np.nansum(squares / (values - middle) ** 2, axis=1, keepdims=True)  # 0 / 0 stands for 0
-        low, high = np.where(slope <= 1.0, middle, low), np.where(slope <= 1.0, high, middle)
+            slope = np.nansum(squares / (gaps + middle) ** 2, axis=1, keepdims=True)  # 0 / 0 stands for 0
+        near, far = np.where(slope <= 1.0, near, middle), np.where(slope <= 1.0, middle, far)
     with np.errstate(divide="ignore", invalid="ignore"):
-        penalty = np.nansum(squares / (values - low), axis=1)
-    return light[0] * np.sqrt(1.0 / (4.0 * np.pi)) + low[:, 0] - penalty
+        penalty = np.nansum(squares / (gaps + far), axis=1)
+    return light[0] * np.sqrt(1.0 / (4.0 * np.pi)) + values[:, 0] - far[:, 0] - penalty
 
 
 def negative_share(light: Array) -> float:

@@ -85,6 +85,18 @@ def test_minimum_by_hand():
         assert np.isclose(window.minimum(light[:, None])[0], least, rtol=0, atol=1e-9), least
 
 
+@pytest.mark.parametrize("band_1", [0.0, 1e-300, 1e-160, 1e-30, 1e-17, 1e-9])
+@pytest.mark.parametrize("seed", range(5))
+def test_minimum_with_next_to_no_band_1(band_1, seed):
+    """Below the last bit of band 2 it changes nothing; the minimum stays that of band 2."""
+    light = np.random.default_rng(seed).normal(size=(9, 3))
+    light[1:4] = 0.0
+    wanted = window.minimum(light)
+    light[1:4] = band_1 * np.random.default_rng(seed + 1).normal(size=(3, 3))
+    np.testing.assert_allclose(window.minimum(light), wanted, atol=1e-14 + 10.0 * band_1)
+    assert (window.minimum(light) <= values(light, 60).min(axis=0)).all()
+
+
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("direction", [*np.eye(3), *random_directions(3)])
 def test_deringing_a_lamp(kind, direction):
