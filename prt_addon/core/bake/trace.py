@@ -24,6 +24,7 @@ from .shards import Piece, cut
 Float32 = npt.NDArray[np.float32]
 
 _RAYS_IN_A_PIECE = 1 << 24  # at most 128 MiB of hits
+_TOO_DARK = 0.75  # share of an object's receivers that is worth a word
 _TOO_BLIND = 0.02  # skipped start of rays, as a share of their object's radius, that is worth a word
 
 
@@ -33,9 +34,9 @@ _FILLED = Kind(
     "INFO",
 )
 _BLACK = Kind(
-    "No light reaches {name}: unless it is a closed room, its faces point inwards (Mesh > Normals > Recalculate Outside) "
+    "No light reaches {part}{name}: unless it is a closed room, its faces point inwards (Mesh > Normals > Recalculate Outside) "
     "or it lies inside other geometry.",
-    "No light reaches {count} objects: unless they are closed rooms, their faces point inwards (Mesh > Normals > "
+    "No light reaches {count} objects, or most of them: unless they are closed rooms, their faces point inwards (Mesh > Normals > "
     "Recalculate Outside) or they lie inside other geometry: {names}.",
 )
 _TINY = Kind(
@@ -155,8 +156,9 @@ def _about(group: ReceiverGroup, scene: RayScene, direct: Float32, buried: npt.N
     if buried.any():
         share = f"{buried.mean():.0%}" if buried.mean() >= 0.01 else "Less than 1%"
         yield Notice(_FILLED, group.name, {"share": share})
-    if is_dark(direct).all():
-        yield Notice(_BLACK, group.name)
+    dark = is_dark(direct).mean()
+    if dark > _TOO_DARK:
+        yield Notice(_BLACK, group.name, {"part": "" if dark == 1.0 else f"{min(dark, 0.99):.0%} of the receivers of "})
     blind = SMALLEST_SKIP * scene.radius
     if blind > _TOO_BLIND * group.radius > 0.0:
         yield Notice(_TINY, group.name, {"blind": f"{blind:.2g}"})

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Receivers inside other geometry: what counts as such, what does not, and what they are filled with."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -215,6 +216,14 @@ def test_black_and_tiny_objects_are_told():
     assert (first, second) == (0, 1)
     assert "No light reaches 'mesh 0'" in black.sentence
     assert "'mesh 1' is tiny beside the scene" in tiny.sentence
+
+
+def test_an_object_that_is_dark_for_the_most_part_is_told():
+    """An inward ball that lacks 30 of its 1280 triangles: few rays find the way out."""
+    vertices, triangles = flipped(shapes.icosphere(3))
+    groups, occluders = scene_of((vertices, triangles[30:]))
+    [(_, notice)] = engine.bake(BakeProblem.of(groups, occluders, SETTINGS)).findings
+    assert re.match(r"No light reaches [789]\d% of the receivers of 'mesh 0': ", notice.sentence)
 
 
 def test_usual_bakes_cast_no_more_rays(monkeypatch):
