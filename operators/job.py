@@ -2,9 +2,7 @@
 """What operators that bake have in common: to the end from a script, behind a live window from the button."""
 
 import signal
-import sys
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import bpy
@@ -13,6 +11,7 @@ from ..prt_addon.core.errors import Interrupted
 from ..prt_addon.core.notices import Notice, counted
 from ..prt_addon.session import session
 from ..prt_addon.worker.job import Job, end_engine, running_job, wake_engine
+from .progress import ctrl_c, interrupt_once, terminal_bar
 from .reporting import reports_errors
 
 _TICK = 0.1  # seconds
@@ -56,11 +55,11 @@ class JobOperator(WhenIdle):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Work to the end: for scripts and background."""
-        with _ctrl_c(_interrupt_once):
+        with ctrl_c(interrupt_once):
             started = self._run(context)
         if started != {"RUNNING_MODAL"}:
             return started
-        with _ctrl_c(signal.SIG_IGN):  # too late: half a result must not stay
+        with ctrl_c(signal.SIG_IGN):  # too late: half a result must not stay
             return self._finish(context)
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
@@ -193,32 +192,9 @@ def _redraw(context: bpy.types.Context) -> None:
                     region.tag_redraw()
 
 
-@contextmanager
-def _ctrl_c(handler: Any) -> Iterator[None]:
-    """How Ctrl-C is answered in background, where the Blender application has an answer that Python never hears of."""
-    if not bpy.app.background:
-        yield
-        return
-    try:
-        before = signal.signal(signal.SIGINT, handler)
-    except ValueError:  # a script's own thread, which no signal reaches
-        yield
-        return
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before or signal.SIG_DFL)
-
-
-def _interrupt_once(_signal: int, _frame: Any) -> None:
-    """A second Ctrl-C must not break what the first one began."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    raise KeyboardInterrupt
-
-
 def _watch_on_terminal(job: Job[Any]) -> None:
     """A progress bar where someone can see it: on a terminal, in background."""
-    bar = _progress_bar(job) if bpy.app.background else None
+    bar = terminal_bar(job.work.rays, job.unit)
     while job.running:
         job.wait(_TICK)
         if bar is not None:
@@ -228,18 +204,6 @@ def _watch_on_terminal(job: Job[Any]) -> None:
             bar.update(job.done.rays - bar.n)
     if bar is not None:
         bar.close()
-
-
-def _progress_bar(job: Job[Any]) -> Any:
-    try:
-        from tqdm import tqdm
-    except ImportError:  # run from a checkout by a Blender without it: bake all the same
-        return None
-
-    class Bar(tqdm):  # type: ignore[type-arg]
-        monitor_interval = 0  # or it starts a thread that outlives the bake
-
-    return Bar(total=job.work.rays, unit=job.unit, unit_scale=True, desc="PRT", file=sys.stderr, disable=None)
 
 
 CLASSES = (PRT_OT_cancel,)

@@ -59,7 +59,8 @@ class PRT_OT_keyframe_light(LightProperties, bpy.types.Operator):
         first = self.frame_start if given("frame_start") else scene.frame_start
         last = self.frame_end if given("frame_end") else scene.frame_end
         frames = keyframes.keyframes(first, last, self.step)
-        keyframes.keyframe(scene, frames, windowing(scene, self), counted)
+        with counted(frames, " frames") as passing:
+            keyframes.keyframe(scene, frames, windowing(scene, self), passing)
         self.report({"INFO"}, f"Keyframed the light of world '{scene.world.name}' at {len(frames)} frame(s).")
         return {"FINISHED"}
 

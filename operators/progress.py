@@ -1,23 +1,82 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A number at the cursor, for work that keeps the window waiting."""
+"""Long work that a script or the command line waits for: how far it is, and how Ctrl-C ends it."""
 
 from __future__ import annotations
 
+import signal
+import sys
+import threading
 from collections.abc import Iterator, Sequence
-from typing import TypeVar
+from contextlib import contextmanager
+from typing import Any, TypeVar
 
 import bpy
+
+from ..prt_addon.core.errors import Interrupted
 
 Item = TypeVar("Item")
 
 
-def counted(items: Sequence[Item]) -> Iterator[Item]:
-    """One after the other, with the share that is done at the cursor."""
-    manager = bpy.context.window_manager
-    manager.progress_begin(0, len(items))
-    try:
+@contextmanager
+def counted(items: Sequence[Item], unit: str) -> Iterator[Iterator[Item]]:
+    """Hold an iterator over the items: it shows the share that is done, at the cursor or on the terminal.
+
+    In background Ctrl-C ends it before the next item, with `Interrupted`; after the last one it is too late.
+    """
+    manager, pressed, bar = bpy.context.window_manager, threading.Event(), terminal_bar(len(items), unit)
+
+    def passing() -> Iterator[Item]:
         for number, item in enumerate(items):
+            if pressed.is_set():
+                raise Interrupted("Interrupted; nothing was changed.")
             manager.progress_update(number)
             yield item
+            if bar is not None:
+                bar.update()
+
+    manager.progress_begin(0, len(items))
+    try:
+        with ctrl_c(lambda _signal, _frame: pressed.set()):
+            yield passing()
     finally:
         manager.progress_end()
+        if bar is not None:
+            bar.close()
+
+
+@contextmanager
+def ctrl_c(handler: Any) -> Iterator[None]:
+    """How Ctrl-C is answered in background, where the Blender application has an answer that Python never hears of."""
+    if not bpy.app.background:
+        yield
+        return
+    try:
+        before = signal.signal(signal.SIGINT, handler)
+    except ValueError:  # a script's own thread, which no signal reaches
+        yield
+        return
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before or signal.SIG_DFL)
+
+
+def interrupt_once(_signal: int, _frame: Any) -> None:
+    """A handler: a second Ctrl-C must not break what the first one began."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    raise KeyboardInterrupt
+
+
+def terminal_bar(total: int, unit: str) -> Any:
+    """A progress bar where someone can see it: on a terminal, in background. None elsewhere."""
+    if not bpy.app.background:
+        return None
+    try:
+        from tqdm import tqdm
+    except ImportError:  # run from a checkout by a Blender without it: work all the same
+        return None
+
+    class Bar(tqdm):  # type: ignore[type-arg]
+        monitor_interval = 0  # or it starts a thread that outlives the work
+
+    return Bar(total=total, unit=unit, unit_scale=True, desc="PRT", file=sys.stderr, disable=None)

@@ -359,6 +359,27 @@ def test_ctrl_c_in_a_script(blender, part, stage, small, tmp_path, operator, pre
     assert part("job").running_job() is None
 
 
+def test_ctrl_c_between_keyframes(blender, stage, small):
+    """The light is projected before anything is written: no keyframe, no mark, the scene at its frame."""
+    scene, pressed = blender.context.scene, []
+
+    def press(*_):
+        if scene.frame_current == 3 and not pressed:
+            pressed.append(True)
+            press_ctrl_c()
+
+    before, answer = snapshot(blender, stage), signal.getsignal(signal.SIGINT)
+    blender.app.handlers.frame_change_post.append(press)
+    try:
+        with pytest.raises(RuntimeError, match="Interrupted; nothing was changed"):
+            blender.ops.prt.keyframe_light(frame_start=1, frame_end=200)
+    finally:
+        blender.app.handlers.frame_change_post.remove(press)
+    assert pressed and scene.frame_current == 1
+    assert snapshot(blender, stage) == before and scene.world.animation_data is None
+    assert signal.getsignal(signal.SIGINT) is answer
+
+
 def test_cancel_of_a_running_operator(blender, part, stage, small):
     """From a script's other thread while this one waits: that is no error."""
     before = snapshot(blender, stage)

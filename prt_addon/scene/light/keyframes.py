@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
 import bpy
@@ -29,21 +29,22 @@ def keyframe(
     scene: bpy.types.Scene,
     frames: list[int],
     windowing: Windowing,
-    counted: Callable[[list[int]], Iterable[int]] = iter,
+    passing: Iterable[int],
 ) -> None:
     """Project the scene's world at some frames, ascending, and keyframe its light there; the scene stays at its frame.
 
     Rotation and strength are followed live, as always.
 
     Args:
-        counted: goes through the frames, and may tell how far it is.
+        frames: at least one.
+        passing: the same frames; whatever it raises between them ends the work, and nothing was changed.
 
     Raises:
         LightError, PictureError: if the world cannot be projected at one of the frames; nothing was changed.
     """
     projections = []
     with _browsing(scene, frames[0], frames[-1]):
-        for frame in counted(frames):
+        for frame in passing:
             scene.frame_set(frame)
             projections.append(project(read_sky(scene), windowing))
     write_light(read_sky(scene), projections[0])
