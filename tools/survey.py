@@ -188,7 +188,7 @@ def page(rows: list[tuple[Path, dict[str, Any]]]) -> str:
         "linked, and without the files that they have lost. Made by `tools/survey.py`; the files are not part of the project.",
         "",
         f"{len(done)} of {len(rows)} bake at the first press. {refused} say in one sentence why nothing can be baked.",
-        f"{len(rows) - len(done) - refused} cannot be opened, or are not done in the time that this table allows a file.",
+        f"Not opened, or not done in {_PATIENCE} s: {len(rows) - len(done) - refused}.",
         "",
         f"*Apart*: relative RMS between EEVEE's picture and Cycles', all surfaces matte, under Blender's *forest*; {middle} in",
         "the middle. Nine coefficients and vertices as these files have them are what most of it is. *Carried*: objects whose",

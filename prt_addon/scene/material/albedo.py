@@ -55,6 +55,11 @@ _GUESSED = Kind(
     "Material {name}: {why}; light takes on its viewport colour.",
     "{count} materials have colours that cannot be evaluated: light takes on their viewport colours ({names}).",
 )
+_LOST = Kind(
+    "Material {name}: {why}; light takes on its viewport colour.",
+    "{count} materials have lost their pictures, so that light takes on their viewport colours: find them with File > "
+    "External Data > Find Missing Files ({names}).",
+)
 
 
 class _NotFollowed(Exception):
@@ -164,8 +169,8 @@ class AlbedoReader:
             and source.name == "Color"
             and not is_remapped(node)
         ):
+            texture = self._texture(node.image, colour)  # first: a lost picture is nothing that Cycles could show
             uv = _placed(*_uv_source(node, mesh, colour), corners)
-            texture = self._texture(node.image, colour)
             draft.textures.append(texture.identity)
             return TexturePatch(triangles, uv, texture.texels, _interpolation(node), node.extension)
         layer = _colour_layer(node, mesh) if source.name == "Color" else None
@@ -217,7 +222,8 @@ class AlbedoDraft:
         notices = []
         for index, one in self.unread.items():
             evaluated = colours is not None and index in self.shown
-            notices.append(Notice(_EVALUATED if evaluated else _GUESSED, one.material.name, {"why": one.why}))
+            kind = _EVALUATED if evaluated else _GUESSED if one.shown else _LOST
+            notices.append(Notice(kind, one.material.name, {"why": one.why}))
             if colours is not None and evaluated:
                 triangles = np.flatnonzero(self.surface.material == index)
                 self.patterns.append(CornerColours(triangles, colours[self.surface.corners[triangles]]))

@@ -254,6 +254,20 @@ def test_missing_image_is_not_pink(blender, part, scene, stage):
     assert "'Lost' cannot be read" in sentences(plan)[0] and "viewport colour" in sentences(plan)[0]
 
 
+def test_lost_pictures_of_many_materials_are_named_as_such(blender, part, scene, stage):
+    """Counted by kind, the sentence still says what is wrong and where Blender mends it."""
+    lost = blender.data.images.new("Lost", 1, 1)
+    lost.source, lost.filepath = "FILE", "//lost.png"
+    for name in "AB":
+        material = stage.diffuse(f"Torn {name}")
+        node_into_colour(material, "ShaderNodeTexImage", "Color").image = lost
+        ob = stage.object_of(name, stage.grid(1, 1.0), material)
+    _, plan = plan_albedo(part, blender, ob)
+    [sentence] = [one.sentence for one in part("notices").counted(plan.notices)]
+    assert sentence.startswith("2 materials have lost their pictures") and "Find Missing Files" in sentence
+    assert "'Torn A'" in sentence and "'Torn B'" in sentence
+
+
 def test_light_takes_on_the_colour_it_bounced_off(blender, part, scene, stage):
     """A red wall, unselected, beside a white floor: the floor turns red near it, and only there."""
     floor = stage.object_of("Floor", stage.grid(20, 2.0), stage.diffuse("White", (0.8, 0.8, 0.8)))
