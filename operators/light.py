@@ -7,7 +7,7 @@ from bpy.props import IntProperty
 from ..prt_addon.scene.light import keyframes, light
 from ..prt_addon.scene.settings import LightProperties, windowing
 from ..prt_addon.scene.sky import projection, sky
-from .progress import counted
+from .progress import interruptible
 from .reporting import reports_errors
 
 
@@ -59,7 +59,7 @@ class PRT_OT_keyframe_light(LightProperties, bpy.types.Operator):
         first = self.frame_start if given("frame_start") else scene.frame_start
         last = self.frame_end if given("frame_end") else scene.frame_end
         frames = keyframes.keyframes(first, last, self.step)
-        with counted(frames, " frames") as passing:
+        with interruptible(frames, " frames") as passing:
             keyframes.keyframe(scene, frames, windowing(scene, self), passing)
         self.report({"INFO"}, f"Keyframed the light of world '{scene.world.name}' at {len(frames)} frame(s).")
         return {"FINISHED"}

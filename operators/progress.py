@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import signal
 import sys
-import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, TypeVar
@@ -18,16 +17,17 @@ Item = TypeVar("Item")
 
 
 @contextmanager
-def counted(items: Sequence[Item], unit: str) -> Iterator[Iterator[Item]]:
+def interruptible(items: Sequence[Item], unit: str) -> Iterator[Iterator[Item]]:
     """Hold an iterator over the items: it shows the share that is done, at the cursor or on the terminal.
 
     In background Ctrl-C ends it before the next item, with `Interrupted`; after the last one it is too late.
     """
-    manager, pressed, bar = bpy.context.window_manager, threading.Event(), terminal_bar(len(items), unit)
+    manager, bar = bpy.context.window_manager, terminal_bar(len(items), unit)
+    pressed: list[int] = []  # signals of Ctrl-C
 
     def passing() -> Iterator[Item]:
         for number, item in enumerate(items):
-            if pressed.is_set():
+            if pressed:
                 raise Interrupted("Interrupted; nothing was changed.")
             manager.progress_update(number)
             yield item
@@ -36,7 +36,7 @@ def counted(items: Sequence[Item], unit: str) -> Iterator[Iterator[Item]]:
 
     manager.progress_begin(0, len(items))
     try:
-        with ctrl_c(lambda _signal, _frame: pressed.set()):
+        with ctrl_c(lambda number, _frame: pressed.append(number)):
             yield passing()
     finally:
         manager.progress_end()

@@ -56,7 +56,7 @@ _GUESSED = Kind(
     "{count} materials have colours that cannot be evaluated: light takes on their viewport colours ({names}).",
 )
 _LOST = Kind(
-    "Material {name}: {why}; light takes on its viewport colour.",
+    _GUESSED.one,
     "{count} materials have lost their pictures, so that light takes on their viewport colours: find them with File > "
     "External Data > Find Missing Files ({names}).",
 )

@@ -56,7 +56,7 @@ class Identity:
 
     @cached_property
     def numbers(self) -> tuple[int, int, int]:
-        """What it adds to a `IdentitySum`: as an occluder, as what light bounces off, and with its colours."""
+        """What it adds to an `IdentitySum`: as an occluder, as what light bounces off, and with its colours."""
         occluder = self.shape + self.placement
         reflector = occluder + self.normals
         occludes, reflects, colours = map(digest, (occluder, reflector, reflector + self.colours))
@@ -76,12 +76,12 @@ class IdentitySum:
 
     @classmethod
     def of(cls, identities: Iterable[Identity]) -> IdentitySum:
-        """The everything of some objects."""
+        """The sum of some objects."""
         numbers = [identity.numbers for identity in identities]
         return cls(*map(sum, zip(*numbers, strict=True)))
 
     def without(self, one: Identity) -> IdentitySum:
-        """The everything that one of its objects sees around itself."""
+        """All that one of its objects has around itself."""
         occludes, reflects, colours = one.numbers
         return IdentitySum(self.occluders - occludes, self.reflectors - reflects, self.colours - colours)
 
