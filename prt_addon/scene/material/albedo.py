@@ -24,6 +24,7 @@ from ..blender.images import linear_pixels
 from ..blender.nodes import feeding_socket, has_loop, is_remapped, mapping_matrix
 from ..mesh.meshes import Surface, corner_vertices, layer_array
 from .cycles_colour import ColourRequest, ColourRequests, Unread
+from .lost_pictures import why_not_shown
 from .reading import BLACK, Colour, Constant, Inside, Source, read_material
 
 Float32 = npt.NDArray[np.float32]
@@ -68,12 +69,11 @@ class _NotFollowed(Exception):
     Args:
         why: what is not read, to stand after a colon.
         colour: what could not be followed; None if it is the whole material.
-        shown: whether Cycles would show it; it shows missing images in pink.
     """
 
-    def __init__(self, why: str, colour: Colour | None = None, shown: bool = True) -> None:
+    def __init__(self, why: str, colour: Colour | None = None) -> None:
         super().__init__(why)
-        self.colour, self.shown = colour, shown
+        self.colour = colour
 
 
 @dataclass(frozen=True)
@@ -132,7 +132,8 @@ class AlbedoReader:
         try:
             found = self._material_albedo(material, mesh, corners, triangles, draft)
         except _NotFollowed as reason:
-            draft.unread[index] = _Unfollowed(material, str(reason), reason.colour, reason.shown)
+            lost = why_not_shown(material, reason.colour)
+            draft.unread[index] = _Unfollowed(material, lost or str(reason), reason.colour, not lost)
             found = tuple(material.diffuse_color[:3])
         if isinstance(found, tuple):
             draft.constant[triangles] = found
@@ -169,8 +170,8 @@ class AlbedoReader:
             and source.name == "Color"
             and not is_remapped(node)
         ):
-            texture = self._texture(node.image, colour)  # first: a lost picture is nothing that Cycles could show
             uv = _placed(*_uv_source(node, mesh, colour), corners)
+            texture = self._texture(node.image, colour)
             draft.textures.append(texture.identity)
             return TexturePatch(triangles, uv, texture.texels, _interpolation(node), node.extension)
         layer = _colour_layer(node, mesh) if source.name == "Color" else None
@@ -192,7 +193,7 @@ class AlbedoReader:
 
 @dataclass(frozen=True)
 class _Unfollowed:
-    """What could not be read of a material, and why."""
+    """What could not be read of a material, and why. Not shown: Cycles cannot show it either, as a picture is lost."""
 
     material: bpy.types.Material
     why: str
@@ -267,9 +268,7 @@ def _texels(image: bpy.types.Image, colour: Colour) -> Float32:
     try:
         return linear_pixels(image)
     except PictureError as error:
-        there = all(image.size)
-        why = f"image '{image.name}' is not a single picture in sRGB or linear light" if there else str(error)
-        raise _NotFollowed(why.rstrip("."), colour, shown=there) from error
+        raise _NotFollowed(f"image '{image.name}' is not a single picture in sRGB or linear light", colour) from error
 
 
 def _interpolation(node: bpy.types.Node) -> Interpolation:
