@@ -7,8 +7,8 @@ from bpy.props import IntProperty
 from ..prt_addon.scene.light import keyframes, light
 from ..prt_addon.scene.settings import LightProperties, windowing
 from ..prt_addon.scene.sky import projection, sky
-from .progress import interruptible
 from .reporting import reports_errors
+from .stepwise import Steps, StepwiseOperator
 
 
 class PRT_OT_project_light(LightProperties, bpy.types.Operator):
@@ -29,12 +29,14 @@ class PRT_OT_project_light(LightProperties, bpy.types.Operator):
         return {"FINISHED"}
 
 
-class PRT_OT_keyframe_light(LightProperties, bpy.types.Operator):
+class PRT_OT_keyframe_light(StepwiseOperator, LightProperties, bpy.types.Operator):
     """Project the world frame by frame and keyframe the light, for skies whose change cannot be followed, such as a moving sun"""
 
     bl_idname = "prt.keyframe_light"
     bl_label = "Keyframe Light"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_options = {"UNDO"}
+
+    _activity, _unit = "Keyframing the light", "frame"
 
     frame_start: IntProperty(  # type: ignore[valid-type]
         name="Start", description="First frame to keyframe; the scene's, if it is not given"
@@ -51,18 +53,18 @@ class PRT_OT_keyframe_light(LightProperties, bpy.types.Operator):
         scene = context.scene
         self.frame_start, self.frame_end = scene.frame_start, scene.frame_end
         self.window, self.cutoff = scene.prt.window, scene.prt.cutoff
-        return context.window_manager.invoke_props_dialog(self)
+        return self._ask(context)
 
-    @reports_errors
-    def execute(self, context: bpy.types.Context) -> set[str]:
+    def _begin(self, context: bpy.types.Context) -> Steps:
         scene, given = context.scene, self.properties.is_property_set
         first = self.frame_start if given("frame_start") else scene.frame_start
         last = self.frame_end if given("frame_end") else scene.frame_end
         frames = keyframes.keyframes(first, last, self.step)
-        with interruptible(frames, " frames") as passing:
-            keyframes.keyframe(scene, frames, windowing(scene, self), passing)
-        self.report({"INFO"}, f"Keyframed the light of world '{scene.world.name}' at {len(frames)} frame(s).")
-        return {"FINISHED"}
+        return Steps(keyframes.keyframe(scene, frames, windowing(scene, self)), len(frames))
+
+    def _end(self, context: bpy.types.Context) -> None:
+        world = context.scene.world.name
+        self.report({"INFO"}, f"Keyframed the light of world '{world}' at {self._steps.count} frame(s).")
 
 
 CLASSES = (PRT_OT_project_light, PRT_OT_keyframe_light)

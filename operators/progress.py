@@ -5,38 +5,36 @@ from __future__ import annotations
 
 import signal
 import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from typing import Any, TypeVar
+from collections.abc import Generator, Iterator
+from contextlib import closing, contextmanager
+from typing import Any
 
 import bpy
 
 from ..prt_addon.core.errors import Interrupted
 
-Item = TypeVar("Item")
-
 
 @contextmanager
-def interruptible(items: Sequence[Item], unit: str) -> Iterator[Iterator[Item]]:
-    """Hold an iterator over the items: it shows the share that is done, at the cursor or on the terminal.
+def interruptible(work: Generator[None], count: int, unit: str) -> Iterator[Iterator[None]]:
+    """Hold an iterator over the steps of some work: it shows the share that is done, at the cursor or on the terminal.
 
-    In background Ctrl-C ends it before the next item, with `Interrupted`; after the last one it is too late.
+    In background Ctrl-C ends the work after the step at hand, with `Interrupted`; whatever ends it, it is closed.
     """
-    manager, bar = bpy.context.window_manager, terminal_bar(len(items), unit)
+    manager, bar = bpy.context.window_manager, terminal_bar(count, unit)
     pressed: list[int] = []  # signals of Ctrl-C
 
-    def passing() -> Iterator[Item]:
-        for number, item in enumerate(items):
-            if pressed:
-                raise Interrupted("Interrupted; nothing was changed.")
+    def passing() -> Iterator[None]:
+        for number, _ in enumerate(work):
             manager.progress_update(number)
-            yield item
             if bar is not None:
                 bar.update()
+            if pressed:
+                raise Interrupted("Interrupted; nothing was changed.")
+            yield
 
-    manager.progress_begin(0, len(items))
+    manager.progress_begin(0, count)
     try:
-        with ctrl_c(lambda number, _frame: pressed.append(number)):
+        with closing(work), ctrl_c(lambda number, _frame: pressed.append(number)):
             yield passing()
     finally:
         manager.progress_end()

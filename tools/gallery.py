@@ -87,7 +87,46 @@ def publish_gallery(work: Path, output: Path) -> None:
             shots[hdri][mode] = shoot(scene, work)
     for hdri in HDRIS:
         sheet(truths[hdri], shots[hdri]).save(output / "pictures" / "gallery" / f"{hdri}.jpg", quality=85)
+    clamps(scene, work).save(output / "pictures" / "gallery" / "clamp.jpg", quality=88)
     (output / "gallery.md").write_text(page(truths, shots))
+
+
+def clamps(scene: bpy.types.Scene, work: Path) -> Image.Image:
+    """Three coloured lamps in the dark, by Cycles; by EEVEE with each channel clamped by itself; and as we clamp."""
+    texture = next(node for node in scene.world.node_tree.nodes if node.bl_idname == "ShaderNodeTexEnvironment")
+    texture.image = coloured_lamps()
+    bpy.ops.prt.project_light()
+    scene.render.engine = headless.eevee_engine()
+    kept = shoot(scene, work)
+    [group] = [tree for tree in bpy.data.node_groups if tree.name == "PRT Relight"]
+    [clamp] = [node for node in group.nodes if getattr(node, "operation", "") == "MAXIMUM" and node.type == "VECT_MATH"]
+    greyed = clamp.inputs[0].links[0].from_socket
+    group.links.new(greyed.node.inputs[2].links[0].from_socket, clamp.inputs[0])
+    apart = shoot(scene, work)
+    group.links.new(greyed, clamp.inputs[0])
+    frames.use_cycles(scene)
+    scene.cycles.samples = TRUTH_SAMPLES
+    truth = shoot(scene, work)
+    width, height = truth.shown.size
+    strip = Image.new("RGB", (3 * width, height + CAPTION), "white")
+    captions = ("Cycles", "EEVEE, each channel clamped by itself", "EEVEE, clamped towards grey, as it is")
+    for column, (shot, caption) in enumerate(zip((truth, apart, kept), captions, strict=True)):
+        ImageDraw.Draw(strip).text((column * width + 4, 3), caption, fill="black")
+        strip.paste(shot.shown, (column * width, CAPTION))
+    return strip
+
+
+def coloured_lamps() -> bpy.types.Image:
+    """A panorama: a red, a green and a blue lamp a third of a turn apart, a little above the horizon."""
+    height = 128
+    texels = np.zeros((height, 2 * height, 4), dtype=np.float32)
+    texels[..., 3] = 1.0
+    for channel in range(3):
+        middle = round((channel + 0.5) / 3 * 2 * height)
+        texels[70:82, middle - 6 : middle + 6, channel] = 60.0
+    image = bpy.data.images.new("Coloured Lamps", 2 * height, height, float_buffer=True)
+    image.pixels.foreach_set(texels.ravel())
+    return image
 
 
 def change_sky(scene: bpy.types.Scene, hdri: str) -> None:
@@ -172,6 +211,15 @@ def page(truths: dict[str, Shot], shots: dict[str, dict[str, Shot]]) -> str:
         lines.append(f"| {hdri} | " + " | ".join(f"{error:.1%}" for error in errors) + " |")
     for hdri in HDRIS:
         lines += ["", f"## {hdri.capitalize()}", "", f"![{hdri}](pictures/gallery/{hdri}.jpg)"]
+    lines += [
+        "",
+        "## Coloured lamps",
+        "",
+        "Nine coefficients ring: between strong coloured lamps one channel becomes negative before the others. A channel that",
+        "is clamped by itself leaves saturated blotches that no lamp has; the shader goes towards grey until none is negative.",
+        "",
+        "![coloured lamps](pictures/gallery/clamp.jpg)",
+    ]
     return "\n".join([*lines, ""])
 
 

@@ -31,6 +31,7 @@ def main() -> None:
         batch()
         first_day(display)
         disabled_while_baking(display)
+        keyframe_light(display)
     legible("at_100_percent", 1.0, (1280, 2700))
     legible("at_200_percent", 2.0, (1800, 5300))
     without_ray_caster()
@@ -102,7 +103,8 @@ def bake_and_turn(display: Display) -> tuple[object, object]:
         window.screenshot("window_1_tab")
         look_into_menu(window)
 
-        start_by_search(window)
+        search(window, "Bake PRT")
+        window.hover_view()
         for share in (0.1, 0.3):
             window.wait(lambda now, share=share: (now["progress"] or 0.0) > share, "progress to move")
         window.screenshot("window_2_baking")
@@ -182,6 +184,27 @@ def disabled_while_baking(display: Display) -> None:
     step("disabling during a bake stops it and leaves nothing behind")
 
 
+def keyframe_light(display: Display) -> None:
+    """By search and its dialog: the window goes on, Esc leaves everything as it was, and the end is one step of undo."""
+    with Window(display, BAKED, WITH, HERE) as window:
+        before = window.state
+        search(window, "Keyframe Light")
+        window.press("Return")
+        window.wait(lambda now: now["frame"] > 3, "the frames to pass")
+        window.screenshot("window_keyframing")
+        window.press("Escape")
+        now = window.wait(lambda now: not now["busy"], "Esc to stop it")
+        assert now["frame"] == before["frame"] and now["content"] == before["content"] and not now["keyframes"], now
+        search(window, "Keyframe Light")
+        window.press("Return")
+        now = window.wait(lambda now: now["keyframes"] > 0 and not now["busy"], "the keyframes")
+        assert now["frame"] == before["frame"], now
+        window.press_at_rest("ctrl+z")
+        window.wait(lambda now: now["keyframes"] == 0, "undo of the keyframes in one step")
+    no_traceback(window)
+    step("Keyframe Light goes on behind a live window, and Esc stops it")
+
+
 def legible(name: str, scale: float, size: tuple[int, int]) -> None:
     """All of the tab at the sidebar's default width, with every panel open: no word may be cut off."""
     prefer(WITH, f"view.ui_scale = {scale}")
@@ -255,14 +278,13 @@ def look_into_menu(window: Window) -> None:
         window.press("Escape")
 
 
-def start_by_search(window: Window) -> None:
-    """F3, the operator's name, and Enter."""
+def search(window: Window, name: str) -> None:
+    """F3, an operator's name, and Enter."""
     window.press_at_rest(F3)
-    window.write("Bake PRT")
-    window.find("Bake PRT", window.free_view, last=True)
+    window.write(name)
+    window.find(name, window.state["view"], last=True)
     window.screenshot("window_1_search")
     window.press("Return")
-    window.hover_view()
 
 
 def turn_by_slider(window: Window) -> None:

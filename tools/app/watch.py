@@ -24,6 +24,7 @@ def state():
     regions = {region.type: region for region in area.regions}
     sidebar = regions["UI"]
     job = importlib.import_module(f"{PACKAGE}.prt_addon.worker.job").running_job()
+    session = importlib.import_module(f"{PACKAGE}.prt_addon.session").session
     mapping = [node for node in bpy.context.scene.world.node_tree.nodes if node.bl_idname == "ShaderNodeMapping"]
     return {
         "time": time.time(),
@@ -38,11 +39,20 @@ def state():
         "folded": [panel.bl_label for panel in panels() if "DEFAULT_CLOSED" in getattr(panel, "bl_options", ())],
         "row": 20 * bpy.context.preferences.system.ui_scale,
         "progress": job.progress if job else None,
+        "busy": session.timer is not None,
+        "frame": bpy.context.scene.frame_current,
+        "keyframes": keyframes(),
         "baked": sum("_PRT_8" in mesh.attributes for mesh in bpy.data.meshes),
         "reported": "prt_report" in bpy.context.scene,
         "content": content(),
         "turn": list(mapping[0].inputs["Rotation"].default_value) if mapping else None,
     }
+
+
+def keyframes():
+    """Frames from the first keyframe of the world to the last."""
+    action = getattr(bpy.context.scene.world.animation_data, "action", None)
+    return int(action.frame_range[1] - action.frame_range[0] + 1) if action else 0
 
 
 def panels():

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 
 import bpy
@@ -25,28 +25,27 @@ def keyframes(first: int, last: int, step: int) -> list[int]:
     return sorted({*range(first, last + 1, step), last})
 
 
-def keyframe(
-    scene: bpy.types.Scene,
-    frames: list[int],
-    windowing: Windowing,
-    passing: Iterable[int],
-) -> None:
+def keyframe(scene: bpy.types.Scene, frames: list[int], windowing: Windowing) -> Generator[None]:
     """Project the scene's world at some frames, ascending, and keyframe its light there; the scene stays at its frame.
 
     Rotation and strength are followed live, as always.
 
     Args:
         frames: at least one.
-        passing: the same frames; whatever it raises between them ends the work, and nothing was changed.
+
+    Yields:
+        After each frame is projected. What is asked for next after the last of them is the writing. Closed before that,
+        nothing was changed.
 
     Raises:
         LightError, PictureError: if the world cannot be projected at one of the frames; nothing was changed.
     """
     projections = []
     with _browsing(scene, frames[0], frames[-1]):
-        for frame in passing:
+        for frame in frames:
             scene.frame_set(frame)
             projections.append(project(read_sky(scene), windowing))
+            yield
     write_light(read_sky(scene), projections[0])
     mark_keyframed(scene.world, frames[0], frames[-1])
     for frame, projection in zip(frames, projections, strict=True):
