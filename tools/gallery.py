@@ -92,9 +92,9 @@ def publish_gallery(work: Path, output: Path) -> None:
 
 
 def clamps(scene: bpy.types.Scene, work: Path) -> Image.Image:
-    """Three coloured lamps in the dark, by Cycles; by EEVEE with each channel clamped by itself; and as we clamp."""
+    """An orange lamp in a grey room, by Cycles; by EEVEE with each channel clamped by itself; and as we clamp."""
     texture = next(node for node in scene.world.node_tree.nodes if node.bl_idname == "ShaderNodeTexEnvironment")
-    texture.image = coloured_lamps()
+    texture.image = orange_lamp()
     bpy.ops.prt.project_light()
     scene.render.engine = headless.eevee_engine()
     kept = shoot(scene, work)
@@ -116,15 +116,13 @@ def clamps(scene: bpy.types.Scene, work: Path) -> Image.Image:
     return strip
 
 
-def coloured_lamps() -> bpy.types.Image:
-    """A panorama: a red, a green and a blue lamp a third of a turn apart, a little above the horizon."""
+def orange_lamp() -> bpy.types.Image:
+    """A panorama: one strong orange lamp above the horizon, in a dim grey room."""
     height = 128
-    texels = np.zeros((height, 2 * height, 4), dtype=np.float32)
-    texels[..., 3] = 1.0
-    for channel in range(3):
-        middle = round((channel + 0.5) / 3 * 2 * height)
-        texels[70:82, middle - 6 : middle + 6, channel] = 60.0
-    image = bpy.data.images.new("Coloured Lamps", 2 * height, height, float_buffer=True)
+    texels = np.ones((height, 2 * height, 4), dtype=np.float32)
+    texels[..., :3] = 0.06
+    texels[80:92, 100:112, :3] = (160.0, 70.0, 12.0)
+    image = bpy.data.images.new("Orange Lamp", 2 * height, height, float_buffer=True)
     image.pixels.foreach_set(texels.ravel())
     return image
 
@@ -213,12 +211,12 @@ def page(truths: dict[str, Shot], shots: dict[str, dict[str, Shot]]) -> str:
         lines += ["", f"## {hdri.capitalize()}", "", f"![{hdri}](pictures/gallery/{hdri}.jpg)"]
     lines += [
         "",
-        "## Coloured lamps",
+        "## A coloured lamp",
         "",
-        "Nine coefficients ring: between strong coloured lamps one channel becomes negative before the others. A channel that",
-        "is clamped by itself leaves saturated blotches that no lamp has; the shader goes towards grey until none is negative.",
+        "Nine coefficients ring: opposite a strong orange lamp, red and green become negative before blue does. Channels that",
+        "are clamped one by one leave blue blotches where the room is grey; the shader goes towards grey until no channel is negative.",
         "",
-        "![coloured lamps](pictures/gallery/clamp.jpg)",
+        "![An orange lamp in a grey room](pictures/gallery/clamp.jpg)",
     ]
     return "\n".join([*lines, ""])
 

@@ -116,7 +116,7 @@ def _baked(document: dict, buffers: list[bytes], primitive: dict, matrix: np.nda
     local = _accessor(document, buffers, attributes["POSITION"])
     positions = (local @ matrix[:3, :3].T + matrix[:3, 3]) @ TO_GLTF
     axes = np.eye(3)
-    if layers[1][0, 3] > 0.5:  # alpha of _PRT_1: in the object's own axes, the normalised columns of its matrix
+    if layers[0][0, 3] < -1.5:  # alpha of _PRT_0: in the object's own axes, the normalised columns of its matrix
         own = TO_GLTF.T @ matrix[:3, :3] @ TO_GLTF
         axes = own / np.linalg.norm(own, axis=0)
     transport = np.stack([layer[:, :3] for layer in layers], axis=1)

@@ -183,12 +183,18 @@ def blender_share(mode: str, receivers: int, samples: int, turns: int) -> Result
         clock = [now()]
         plan = read.read_bake(headless.bpy.context, objects, settings)
         clock.append(now())
-        transport = engine.bake(plan.problem).transport
+        result = engine.bake(plan.problem)
         clock.append(now())
         for ob, one in zip(objects, plan.objects, strict=True):
             found = one.receivers
             layers.write(
-                ob.data, found.domain, transport[one.group], found.element_receiver, settings, evidence=one.evidence
+                ob.data,
+                found.domain,
+                result.transport[one.group],
+                result.direct[one.group],
+                found.element_receiver,
+                settings,
+                evidence=one.evidence,
             )
         clock.append(now())
         return [after - before for before, after in pairwise(clock)]

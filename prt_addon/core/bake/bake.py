@@ -28,10 +28,12 @@ class BakeResult:
     """What a bake came to.
 
     transport: of each group of the problem, (N, 9) float32, or (N, 9, 3) RGB if interreflected.
+    direct: (N, 9) float32 of each group, the part of it that no bounce brought.
     findings: what there is to say of the groups, each with the number of its group.
     """
 
     transport: list[Float32]
+    direct: list[Float32]
     findings: list[tuple[int, Notice]]
 
 
@@ -52,11 +54,12 @@ def bake(problem: BakeProblem, run: Run = DEFAULT_RUN) -> BakeResult:
         OSError: the folder of `run.pieces` cannot be written.
         Cancelled: if the workers' monitor raised it.
     """
-    result = BakeResult([], [])
+    result = BakeResult([], [], [])
     for island, first_group, first_receiver in problem.numbered():
-        transport, findings = _bake_island(island, problem.settings, _counted_from(first_receiver, run))
-        result.transport.extend(transport)
-        result.findings.extend((first_group + number, notice) for number, notice in findings)
+        baked = _bake_island(island, problem.settings, _counted_from(first_receiver, run))
+        result.transport.extend(baked.transport)
+        result.direct.extend(baked.direct)
+        result.findings.extend((first_group + number, notice) for number, notice in baked.findings)
     return result
 
 
@@ -84,19 +87,19 @@ def _overlap(span: slice, first: int, count: int) -> slice:
     return slice(max(span.start - first, 0), min(span.stop - first, count))
 
 
-def _bake_island(island: Island, settings: BakeSettings, run: Run) -> tuple[list[Float32], list[tuple[int, Notice]]]:
-    """The transport of its groups, and findings about them."""
-    if not len(island):
-        shape = (0, 9, 3) if settings.mode == "INTERREFLECTED" else (0, 9)
-        return [np.empty(shape, dtype=np.float32) for _ in island.groups], []
-    if settings.mode == "UNSHADOWED":
+def _bake_island(island: Island, settings: BakeSettings, run: Run) -> BakeResult:
+    """The result for its groups, counted from 0."""
+    if not len(island) or settings.mode == "UNSHADOWED":
         check_finite(island.groups)
-        return [unshadowed(group.normals, workers=run.workers) for group in island.groups], []
+        direct = [unshadowed(group.normals, workers=run.workers) for group in island.groups]
+        return BakeResult(direct, direct, [])
     if settings.mode == "SHADOWED":
         traced = trace_island(island, settings, run)
-        return _split(traced.direct, traced.sizes), traced.findings
+        direct = _split(traced.direct, traced.sizes)
+        return BakeResult(direct, direct, traced.findings)
     traced = _kept_or_traced(island, settings, run)
-    return bounce(traced, island.occluders, settings, run), traced.findings
+    transport = bounce(traced, island.occluders, settings, run)
+    return BakeResult(transport, _split(traced.direct, traced.sizes), traced.findings)
 
 
 def _kept_or_traced(island: Island, settings: BakeSettings, run: Run) -> Traced:

@@ -18,13 +18,14 @@ import numpy.typing as npt
 
 from ...core.errors import MeshError
 from ...core.files import digest
+from ...core.layout import Space
 from ...core.notices import Kind, Notice
 from ...core.problem import BakeProblem, BakeSettings, Island, Occluders
 from ...core.surface import Albedo
 from ..blender.rendered import as_rendered
 from ..material.albedo import AlbedoDraft, AlbedoReader, SurfaceAlbedo
 from ..mesh.carrier import Geometry, is_shared, transport_mesh
-from ..mesh.layers import Space, is_baked, space_of
+from ..mesh.layers import is_baked, space_of
 from ..mesh.meshes import ObjectReceivers, Surface, own_axes, read_receivers, read_surface, same_topology
 from ..mesh.record import Evidence, Identity, IdentitySum, identity, surface_identity
 from ..mesh.strands import strands

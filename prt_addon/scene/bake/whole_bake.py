@@ -132,7 +132,7 @@ class WholeBake:
             with ExitStack() as undo:  # whatever happens, all of it is there or none
                 for ob, one in zip(objects, self.plan.objects, strict=True):
                     undo.callback(_undo_of(ob))
-                    _store(ob, one, result.transport[one.group], self.settings)
+                    _store(ob, one, result.transport[one.group], result.direct[one.group], self.settings)
                 undo.pop_all()
             carrier.sweep()
             context.view_layer.update()
@@ -167,7 +167,13 @@ def _undo_of(ob: bpy.types.Object) -> Callable[[], None]:
     return undo
 
 
-def _store(ob: bpy.types.Object, one: ObjectToBake, transport: layers.Transport, settings: BakeSettings) -> None:
+def _store(
+    ob: bpy.types.Object,
+    one: ObjectToBake,
+    transport: layers.Transport,
+    direct: layers.Transport,
+    settings: BakeSettings,
+) -> None:
     """Put transport where an object shows it: on its own mesh, or on a carrier."""
     if one.carried:
         mesh = carrier.hang(ob, one.carried, one.receivers.domain)
@@ -180,6 +186,7 @@ def _store(ob: bpy.types.Object, one: ObjectToBake, transport: layers.Transport,
         mesh,
         one.receivers.domain,
         transport,
+        direct,
         one.receivers.element_receiver,
         settings,
         one.space,

@@ -253,12 +253,12 @@ class Graph:
         return node.outputs[0]
 
     def vector(self, operation: str, *values: object) -> bpy.types.NodeSocket:
-        """Arithmetic on three channels at once; a scalar socket counts for all three."""
+        """Arithmetic on three channels at once, a scalar socket counts for all three; or a scalar, such as a dot product."""
         node = self.add("ShaderNodeVectorMath")
         node.operation = operation
         for entry, value in zip(node.inputs, values, strict=False):
             self.feed(entry, value)
-        return node.outputs["Vector"]
+        return next(output for output in node.outputs if output.enabled)
 
     def mixed(self, factor: object, zero: object, one: object) -> bpy.types.NodeSocket:
         """Vector `zero` where the factor is 0, `one` where it is 1."""

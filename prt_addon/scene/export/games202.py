@@ -68,7 +68,7 @@ def import_files(ob: bpy.types.Object, world: bpy.types.World, directory: Path) 
     else:
         carrier.take_off(ob)
     carrier.sweep()
-    layers.write(mesh, "CORNER", transport, np.arange(len(transport)), settings)
+    layers.write(mesh, "CORNER", transport, transport, np.arange(len(transport)), settings)
     light.write_still_light(world, coefficients)
     return flavour
 

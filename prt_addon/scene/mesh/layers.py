@@ -4,28 +4,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import bpy
 import numpy as np
 import numpy.typing as npt
 
-from ...core.layout import LAYERS
+from ...core.layout import LAYERS, Space, packed
 from ...core.problem import BakeSettings
 from .meshes import Domain, layer_array
 from .record import RECORD, Evidence, write_record
 
-BAKED_ALPHA = 0.0
-"""Alpha of the layers. A mesh without the layer reads alpha 1 in a shader, which is how one material can serve
-baked and unbaked objects."""
-
 Transport = npt.NDArray[np.float32]
 """(receivers, 9) or (receivers, 9, 3)."""
-
-Space = Literal["SCENE", "OBJECT"]
-SPACE_LAYER = LAYERS[1]
-SPACE_ALPHA: dict[Space, float] = {"SCENE": BAKED_ALPHA, "OBJECT": 1.0}
-"""Alpha of this one layer tells the shader which axes the coefficients are in: the world's, or the object's own."""
 
 
 def is_baked(mesh: bpy.types.Mesh) -> bool:
@@ -37,6 +28,7 @@ def write(
     mesh: bpy.types.Mesh,
     domain: Domain,
     transport: Transport,
+    direct: Transport,
     element_receiver: npt.NDArray[np.int64],
     settings: BakeSettings,
     space: Space = "SCENE",
@@ -48,6 +40,7 @@ def write(
     Args:
         domain: POINT or CORNER.
         transport: (receivers, 9) or (receivers, 9, 3).
+        direct: (receivers, 9) the part of it that no bounce brought.
         element_receiver: (vertices or corners,) the receiver each shows.
         settings: what the record keeps.
         space: whose axes the transport is in.
@@ -59,11 +52,8 @@ def write(
     remove(mesh)
     for name in LAYERS:  # create all, then fetch each: on 5.0 and older, references go stale
         mesh.attributes.new(name, "FLOAT_COLOR", domain)
-    rgba = np.empty((len(element_receiver), 4), dtype=np.float32)
     for i, name in enumerate(LAYERS):
-        coefficient = transport[:, i]
-        rgba[:, 3] = SPACE_ALPHA[space] if name == SPACE_LAYER else BAKED_ALPHA
-        rgba[:, :3] = (coefficient if coefficient.ndim == 2 else coefficient[:, None])[element_receiver]
+        rgba = packed(i, transport[:, i], direct[:, i], space)[element_receiver]
         mesh.attributes[name].data.foreach_set("color", rgba.reshape(-1))
     colours.active_color_name, colours.default_color_name = active, rendered
     write_record(mesh, domain, settings, space, evidence, elements or (len(mesh.vertices), len(mesh.loops)))

@@ -25,7 +25,8 @@ from .derived import derived_sources
 from .meshes import face_starts
 
 RECORD = "prt_bake"
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
+"""Of the record, and of the layers beside it: see `core.layout`."""
 _FINGERPRINT = "fingerprint"
 _ROUNDING = 2e-6  # of matrices, relative
 _LAYER_TYPES = {

@@ -68,7 +68,7 @@ def _write_basis(mesh: bpy.types.Mesh) -> None:
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     basis = sh.basis(directions).astype(np.float32)
     settings = BakeSettings(mode="UNSHADOWED")
-    layers.write(mesh, "POINT", basis, np.arange(len(basis)), settings, "OBJECT")
+    layers.write(mesh, "POINT", basis, basis, np.arange(len(basis)), settings, "OBJECT")
     del mesh[RECORD]  # it was never baked
 
 

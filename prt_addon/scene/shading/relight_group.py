@@ -11,15 +11,14 @@ from math import sqrt
 
 import bpy
 
-from ...core.layout import LAYERS
+from ...core.layout import BAKED_BELOW, LAYERS, OWN_AXES_BELOW
 from ..blender.libraries import is_own
 from ..blender.nodes import Graph
 from ..blender.versions import refuse_newer, version_of
 from ..light.light import LIGHT, STRENGTH, TURN
-from ..mesh.layers import SPACE_LAYER
 
 GROUP = "PRT Relight"
-GROUP_VERSION = 2
+GROUP_VERSION = 3
 _VERSION = "prt_version"
 
 
@@ -110,7 +109,8 @@ def _build(tree: bpy.types.NodeTree) -> None:
     strength = graph.attribute(STRENGTH, "VIEW_LAYER").outputs["Fac"]
 
     graph.column()
-    own_axes = layers[LAYERS.index(SPACE_LAYER)].outputs["Alpha"]
+    baked, own_axes = _marks(graph, layers)
+    graph.column()
     axes = [graph.mixed(own_axes, *pair) for pair in zip(axes, _object_axes(graph, axes), strict=True)]
     graph.column()
     turned = [light[0], *_turned_vector(graph, light[1:4], axes), *_turned_form(graph, light[4:9], axes)]
@@ -125,13 +125,28 @@ def _build(tree: bpy.types.NodeTree) -> None:
     emission = graph.add("ShaderNodeEmission")
     graph.feed(emission.inputs["Color"], colour)
     mix = graph.add("ShaderNodeMixShader")
-    graph.feed(mix.inputs[0], layers[0].outputs["Alpha"])  # 0 where baked; a missing attribute reads 1
-    graph.feed(mix.inputs[1], emission.outputs[0])
-    graph.feed(mix.inputs[2], group_input.outputs["Unbaked"])
+    graph.feed(mix.inputs[0], baked)
+    graph.feed(mix.inputs[1], group_input.outputs["Unbaked"])
+    graph.feed(mix.inputs[2], emission.outputs[0])
     graph.column()
     group_output = graph.add("NodeGroupOutput")
     graph.feed(group_output.inputs["Surface"], mix.outputs[0])
     graph.feed(group_output.inputs["Shading"], shown)
+
+
+def _marks(graph: Graph, layers: list[bpy.types.Node]) -> tuple[bpy.types.NodeSocket, bpy.types.NodeSocket]:
+    """Whether there is transport, and whether it is in the object's own axes: 0 or 1, as `core.layout` has it.
+
+    A bake of version 1 is known by what no geometry without a bake has: alpha 0, and a colour.
+    """
+    mark, older_mark = (layer.outputs["Alpha"] for layer in layers[:2])
+    current = graph.math("LESS_THAN", mark, BAKED_BELOW)
+    colour = graph.vector("DOT_PRODUCT", layers[0].outputs["Vector"], (1.0, 1.0, 1.0))
+    older = graph.math("MULTIPLY", graph.math("LESS_THAN", mark, 0.5), graph.math("GREATER_THAN", colour, 0.0))
+    own = graph.math("LESS_THAN", mark, OWN_AXES_BELOW)
+    return graph.math("MAXIMUM", current, older), graph.math(
+        "MAXIMUM", own, graph.math("GREATER_THAN", older_mark, 0.5)
+    )
 
 
 def _without_negatives(graph: Graph, radiance: bpy.types.NodeSocket) -> bpy.types.NodeSocket:

@@ -122,7 +122,7 @@ def test_newer_group_is_left_alone(blender, part, stage, ball, capfd):
     assert everything(blender, stage) == before
     other = stage.object_of("Other", stage.cube(), stage.diffuse("Other"), (3, 0, 0))
     part("shading").add_shading([other])
-    assert sorted(tree["prt_version"] for tree in blender.data.node_groups) == [2, 99]
+    assert sorted(tree["prt_version"] for tree in blender.data.node_groups) == [part("relight_group").GROUP_VERSION, 99]
     assert group.users == 1
 
 
