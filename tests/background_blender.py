@@ -27,10 +27,12 @@ def main(arguments: list[str]) -> int:
             continue  # the module is always in background
         if argument == "--python-exit-code":
             exit_code = int(next(waiting))
-        elif argument == "--python-expr":
-            code = next(waiting)
+        elif argument in {"--python-expr", "--python", "-P"}:
+            code, name = next(waiting), "<python-expr>"
+            if argument != "--python-expr":
+                code, name = Path(code).read_text(), code
             try:
-                exec(compile(code, "<python-expr>", "exec"), {"__name__": "__main__"})
+                exec(compile(code, name, "exec"), {"__name__": "__main__"})
             except Exception:
                 traceback.print_exc()
                 if exit_code:

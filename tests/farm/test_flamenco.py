@@ -5,19 +5,18 @@ No Flamenco Manager or Worker takes part: see docs/farm.md.
 """
 
 import json
-import os
 import shutil
-import signal
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
+from tests.farm.machines import digest_of, killed_at_work, launcher, plain_digest, run
+
 pytestmark = pytest.mark.once
 
 HERE = Path(__file__).resolve().parent
-SCRIPT = HERE.parents[1] / "flamenco" / "prt_bake.js"
+SCRIPT = HERE.parents[1] / "farm" / "flamenco" / "prt_bake.js"
 SETTINGS = {
     "shards": 3,
     "mode": "INTERREFLECTED",
@@ -104,20 +103,6 @@ def test_the_host_refuses_what_flamenco_would(tmp_path, body, said):
         compiled(script, {})
 
 
-@pytest.fixture
-def blend(blender, scene, stage, tmp_path):
-    """A saved scene of objects baked for the scene and by themselves, and the settings that the add-on would submit."""
-    stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
-    stage.object_of("Floor", stage.grid(24, 2.0), stage.diffuse("Grey", (0.7, 0.7, 0.7)))
-    stage.object_of("Ball", stage.icosphere(3, 0.6), stage.diffuse("Red", (0.9, 0.1, 0.1)), (0, 0, 0.7))
-    moving = stage.object_of("Moving", stage.cube(), stage.diffuse("Blue", (0.1, 0.2, 0.9)), (1.2, 0, 1.5))
-    moving.prt.space = "OBJECT"
-    scene.prt.mode, scene.prt.samples, scene.prt.bounces, scene.prt.seed = "INTERREFLECTED", 48, 2, 5
-    path = tmp_path / "my scene.blend"
-    blender.ops.wm.save_as_mainfile(filepath=str(path))
-    return path
-
-
 def evaluated_settings(bpy):
     """The settings of a job as Flamenco's add-on finds them: expressions are evaluated in Blender, with these names."""
     names = {"bpy": bpy, "C": bpy.context, "Path": Path, "jobname": "job"}
@@ -126,29 +111,6 @@ def evaluated_settings(bpy):
         if "eval" in setting:
             found[setting["key"]] = eval(setting["eval"], {}, names)
     return found
-
-
-def launcher(tmp_path):
-    """An executable in place of Blender's."""
-    path = tmp_path / "blender"
-    path.write_text(f'#!/bin/sh\nexec "{sys.executable}" "{HERE.parent / "background_blender.py"}" "$@"\n')
-    path.chmod(0o755)
-    return path
-
-
-def killed_at_work(line):
-    """Run a command line and kill it, and all it started, once it has read its file."""
-    with subprocess.Popen(line, stdout=subprocess.PIPE, text=True, start_new_session=True) as process:
-        for output in process.stdout:
-            if output.startswith("Read blend"):
-                break
-        os.killpg(process.pid, signal.SIGKILL)
-        assert process.wait() == -signal.SIGKILL
-
-
-def run(line):
-    answer = subprocess.run(line, capture_output=True, text=True)
-    assert answer.returncode == 0, answer.stdout + answer.stderr
 
 
 def test_the_command_lines_of_a_job_merge_to_the_plain_bake(blender, scene, stage, blend, tmp_path):
@@ -174,9 +136,5 @@ def test_the_command_lines_of_a_job_merge_to_the_plain_bake(blender, scene, stag
     run(merge)
     assert blend.read_bytes() == untouched
 
-    blender.ops.wm.open_mainfile(filepath=str(output))
-    merged = stage.baked_bytes(blender.context.scene)
-    blender.ops.wm.open_mainfile(filepath=str(blend))
-    assert blender.ops.prt.bake() == {"FINISHED"}
-    assert merged == stage.baked_bytes(blender.context.scene)
-    assert [len(layers) for layers, _ in merged[0].values()] == [9, 9, 9] and len(merged[1]) == 9
+    merged = digest_of(blender, stage, output)
+    assert merged == plain_digest(blender, stage, blend)
