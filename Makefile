@@ -2,6 +2,7 @@
 # make test     all tests
 # make check    style, types, the engine's tests and a case of every kind in one Blender: minutes
 # make torture  the engine's process killed at random moments, again and again: KILLS=100
+# make farm     a bake on a real Slurm of this machine: Debian and root only
 # make bench    how fast and how large: docs/benchmark.md; JSON and curves in build/bench
 # make gallery  the pictures of README and docs, every HDRI and mode beside Cycles: docs/gallery.md
 # make lint     style and types
@@ -23,7 +24,7 @@ KILLS ?= 100
 APP_ROOT ?= build/app/root
 PYTEST = cd tests && ../$(VENV)/bin/python -m pytest
 
-.PHONY: demo test check check-engine check-blender torture bench gallery lint package app clean
+.PHONY: demo test check check-engine check-blender torture farm bench gallery lint package app clean
 
 demo: $(VENV)/.ready
 	$(VENV)/bin/python tools/demo.py $(if $(BLEND),--blend "$(BLEND)")
@@ -42,6 +43,9 @@ check-blender: $(VENV)/.ready
 
 torture: $(VENV)/.ready
 	export PRT_KILLS=$(KILLS) PRT_KILLS_SEED=$$$$; $(PYTEST) worker -k random_moments
+
+farm: $(VENV)/.ready
+	cd tests && ../tools/farm/slurm.sh ../$(VENV)/bin/python -m pytest farm/test_slurm.py
 
 bench: $(VENV)/.bench
 	$(VENV)/bin/python tools/bench --page docs/benchmark.md

@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A bake on several machines: each casts a share of the rays into a common folder, one of them merges the shares."""
 
+import time
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import bpy
-from bpy.props import IntProperty
+from bpy.props import BoolProperty, IntProperty
 
+from ..prt_addon.core.bake.estimate import PROBE, Estimate
 from ..prt_addon.core.bake.run import DEFAULT_RUN
 from ..prt_addon.core.bake.shards import PieceFolder, Shard
 from ..prt_addon.core.errors import ShardError
@@ -14,9 +17,9 @@ from ..prt_addon.core.monitor import Work
 from ..prt_addon.core.problem import TraceKey
 from ..prt_addon.scene.bake.whole_bake import WholeBake
 from ..prt_addon.scene.preferences import engine_patience
-from ..prt_addon.scene.settings import BakeProperties, MemoryProperties, bake_settings
+from ..prt_addon.scene.settings import BakeProperties, MemoryProperties, bake_settings, run_settings
 from ..prt_addon.worker import tasks
-from ..prt_addon.worker.job import Job
+from ..prt_addon.worker.job import Job, spoken
 from .bake import WholeBakeOperator
 from .folder import FolderBrowser, folder_property
 from .job import JobOperator
@@ -59,10 +62,22 @@ class PRT_OT_bake_shard(ShardOperator, BakeProperties, bpy.types.Operator):
     count: IntProperty(  # type: ignore[valid-type]
         name="Shards", description="How many shards the bake is split into, the same for all", default=1, soft_min=1
     )
+    estimate: BoolProperty(  # type: ignore[valid-type]
+        name="Estimate",
+        description="Write nothing: say how long the shards will take on this machine, and how much memory and disk",
+        default=False,
+        options={"SKIP_SAVE"},
+    )
     _choices = ("index", "count")
 
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        """An estimate needs no folder."""
+        return (JobOperator if self.estimate else ShardOperator).invoke(self, context, event)
+
     def _begin(self, context: bpy.types.Context) -> Job[Any]:
-        folder, shard = self._folder(), Shard(self.index, self.count)
+        begun = time.monotonic()
+        shard = Shard(self.index, self.count)
+        folder = None if self.estimate else self._folder()
         settings = bake_settings(context.scene, self)
         if settings.mode == "UNSHADOWED":
             raise ShardError(
@@ -71,6 +86,17 @@ class PRT_OT_bake_shard(ShardOperator, BakeProperties, bpy.types.Operator):
         whole = WholeBake(context, settings)
         self._say(context, whole.plan.notices)
         problem = whole.plan.problem
+        if folder is None:
+            self._reading = time.monotonic() - begun
+            return Job(
+                tasks.estimate,
+                problem,
+                self.count,
+                work=Work(rays=min(PROBE, problem.work.rays)),
+                run=run_settings(context.scene),
+                threads=context.scene.render.threads,
+                patience=engine_patience(context),
+            )
         span = shard.span(problem.receivers)
         return Job(
             tasks.shard,
@@ -82,8 +108,12 @@ class PRT_OT_bake_shard(ShardOperator, BakeProperties, bpy.types.Operator):
             patience=engine_patience(context),
         )
 
-    def _end(self, _context: bpy.types.Context, _result: Any) -> None:
+    def _end(self, _context: bpy.types.Context, result: Estimate | None) -> None:
         assert self._job
+        if result:
+            for line in _estimated(result, self.count, self._reading):
+                self.report({"INFO"}, line)
+            return
         self._conclude(f"Baked shard {self.index} of {self.count}, {self._job.work.rays:,} rays.")
 
 
@@ -104,6 +134,23 @@ class PRT_OT_merge_shards(ShardOperator, WholeBakeOperator, MemoryProperties, bp
         pieces = PieceFolder(self._folder(), key)
         self._warn(pieces.check_complete())
         return pieces
+
+
+def _estimated(found: Estimate, count: int, reading: float) -> Iterator[str]:
+    """Sentences about a bake in shards."""
+    before = reading + found.preparing
+    each = before + found.casting
+    yield (
+        f"{count} shard(s) of {found.receivers:,} receivers, {found.rays:,} rays: {spoken(each)} each on this machine, "
+        f"{before / each:.0%} of it before the first ray, and {_size(found.memory)} beside Blender's own."
+    )
+    yield f"The folder will hold {_size(found.disk)}."
+    yield f"The merge: {spoken(reading + found.merging)}, and {_size(found.merging_memory)} beside Blender's own."
+
+
+def _size(count: int) -> str:
+    """Bytes, as precise as one cares to know."""
+    return f"{count / 2**30:.1f} GiB" if count >= 2**30 else f"{max(1, round(count / 2**20))} MiB"
 
 
 CLASSES = (PRT_OT_bake_shard, PRT_OT_merge_shards)

@@ -25,6 +25,9 @@ def main(arguments: list[str]) -> int:
             break
         if argument in {"-b", "--background", "-y", "--enable-autoexec"}:
             continue  # the module is always in background
+        if argument in {"-t", "--threads"}:
+            next(waiting)  # the bits are the same on any number
+            continue
         if argument == "--python-exit-code":
             exit_code = int(next(waiting))
         elif argument in {"--python-expr", "--python", "-P"}:

@@ -140,7 +140,8 @@ def test_large_files_are_drawn_quickly(blender, part, scene, stage, drawn):
     for number in range(200):
         stage.diffuse(f"Material {number}")
     blender.context.view_layer.objects.active = ob
-    part("layers").write(mesh, "POINT", np.zeros((8, 9), np.float32), np.arange(8), part("problem").BakeSettings())
+    none = np.zeros((8, 9), np.float32)
+    part("layers").write(mesh, "POINT", none, none, np.arange(8), part("problem").BakeSettings())
     blender.ops.prt.project_light(window="NONE")
     scene["prt_report"] = json.dumps({"all": {"advice": {"sampling": "fine"}}, "objects": [{"name": "x" * 99}] * 2000})
     glances = part("glances")

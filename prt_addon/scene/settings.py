@@ -240,9 +240,9 @@ def report_settings(scene: bpy.types.Scene, operator: bpy.types.Operator) -> Rep
     return ReportSettings(**_values(ReportProperties, scene.prt.report, operator))
 
 
-def run_settings(scene: bpy.types.Scene, operator: bpy.types.Operator) -> Run:
-    """How a bake is carried out."""
-    return Run(memory=_value("memory", scene.prt, operator) * _MIB)
+def run_settings(scene: bpy.types.Scene, operator: bpy.types.Operator | None = None) -> Run:
+    """How a bake is carried out; by the scene's settings alone without an operator."""
+    return Run(memory=(_value("memory", scene.prt, operator) if operator else scene.prt.memory) * _MIB)
 
 
 def checkpoints(scene: bpy.types.Scene, operator: bpy.types.Operator) -> Path | None:

@@ -96,7 +96,7 @@ class Job(Generic[Value]):
         left = max(0, self.work.total - done.total) * seconds / max(done.total - before.total, 1)
         rate = f"{(done.rays - before.rays) / seconds / 1e6:.1f} Mrays/s"
         doing = "bouncing light" if self.done.rays == self.work.rays else rate
-        return f"{self.progress:.0%}  {self._doing or doing}  {_spoken(left)} left"
+        return f"{self.progress:.0%}  {self._doing or doing}  {spoken(left)} left"
 
     def step(self, wait: float = 0.0) -> None:
         """Look at what the engine has to say; wait some seconds for it."""
@@ -206,7 +206,7 @@ def _release(patience: float) -> None:
         end_engine()
 
 
-def _spoken(seconds: float) -> str:
+def spoken(seconds: float) -> str:
     """A time to wait for, as precise as one cares to know."""
     hours, minutes = divmod(round(seconds / 60), 60)
     if hours:

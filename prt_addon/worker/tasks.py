@@ -10,7 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from ..core.bake import bake as core_bake
+from ..core.bake import estimate as core_estimate
 from ..core.bake.bake import BakeResult
+from ..core.bake.estimate import Estimate
 from ..core.bake.run import Run
 from ..core.bake.shards import Shard
 from ..core.monitor import Monitor, Work
@@ -30,6 +32,11 @@ def bake(problem: BakeProblem, run: Run) -> BakeResult:
 def shard(problem: BakeProblem, share: Shard, run: Run) -> None:
     """The rays of one shard, into the folder of the run: `core.bake.bake.trace_shard`."""
     core_bake.trace_shard(problem, share, run)
+
+
+def estimate(problem: BakeProblem, count: int, run: Run) -> Estimate:
+    """What a bake in so many shards will take: `core.bake.estimate.estimate`."""
+    return core_estimate.estimate(problem, count, run)
 
 
 @dataclass(frozen=True)

@@ -83,7 +83,7 @@ def test_ctrl_c_on_the_command_line(blend):
 def test_a_killed_bake_resumes_from_its_checkpoints(blender, part, stage, blend, tmp_path):
     """The file is what it was, and the second try has the bits of one that nobody stopped."""
     folder = tmp_path / "checkpoints"
-    samples = part("trace")._RAYS_IN_A_PIECE // 155  # two pieces: there are 162 receivers
+    samples = part("trace").RAYS_IN_A_PIECE // 155  # two pieces: there are 162 receivers
     options = f"mode='SHADOWED', samples={samples}, checkpoint_dir='{folder}'"
     before = blend.read_bytes()
     with subprocess.Popen(baking(blend, options), stdout=subprocess.DEVNULL) as process:

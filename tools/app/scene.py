@@ -36,7 +36,7 @@ def build():
     scene.eevee.taa_render_samples = scene.eevee.taa_samples = 1
     scene.render.preview_pixel_size = "4"  # software rendering takes its time
     scene.render.threads_mode, scene.render.threads = "FIXED", 2  # or there is no time to stop a bake
-    scene.frame_end = 40
+    scene.frame_end = 400  # or there is no time to stop Keyframe Light
     scene.prt.mode, scene.prt.samples = "SHADOWED", 1024
 
 

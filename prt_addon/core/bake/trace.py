@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +16,7 @@ from ..notices import Kind, Notice
 from ..problem import BakeSettings, Island, ReceiverGroup
 from ..sphere import sh
 from ..transport.direct import Receivers, shadowed
-from ..transport.hits import HitStore, trace
+from ..transport.hits import HitStore, KeptHits, trace
 from ..transport.inside import Fill, Surroundings, find_buried, is_dark
 from ..transport.raycast import SMALLEST_SKIP, RayScene
 from .run import DEFAULT_RUN, Run
@@ -23,7 +24,9 @@ from .shards import Piece, cut
 
 Float32 = npt.NDArray[np.float32]
 
-_RAYS_IN_A_PIECE = 1 << 24  # at most 128 MiB of hits
+RAYS_IN_A_PIECE = 1 << 24
+"""At most 128 MiB of hits."""
+
 _TOO_DARK = 0.75  # share of an object's receivers that is worth a word
 _TOO_BLIND = 0.02  # skipped start of rays, as a share of their object's radius, that is worth a word
 
@@ -89,6 +92,13 @@ def trace_island(island: Island, settings: BakeSettings, run: Run = DEFAULT_RUN)
     return Traced([len(group) for group in island.groups], direct, hits, fill, findings)
 
 
+class Found(NamedTuple):
+    """What rays found: (n, 9) transport without bounces, and what light may bounce off, in a bake with bounces."""
+
+    direct: Float32
+    hits: KeptHits | None
+
+
 class Caster:
     """Casts the rays of an island, piece by piece."""
 
@@ -102,7 +112,7 @@ class Caster:
     def pieces(self, span: slice) -> Iterator[Piece]:
         """Pieces that cover a span of receivers, in order; those that the run's folder holds need no rays."""
         samples, folder = self._settings.samples, self._run.pieces
-        size = max(1, _RAYS_IN_A_PIECE // samples)
+        size = max(1, RAYS_IN_A_PIECE // samples)
         if folder is None:
             yield from map(self._traced, cut(span, size))
             return
@@ -111,12 +121,17 @@ class Caster:
                 self._run.workers.monitor.advance(Work(rays=samples * len(piece.direct)))
             yield piece
 
-    def _traced(self, part: slice) -> Piece:
+    def cast(self, part: slice | npt.NDArray[np.int64]) -> Found:
+        """What the rays of some receivers find."""
         settings, workers = self._settings, self._run.workers
         rays = self.scene, self.receivers[part], settings.samples, settings.seed
         if settings.mode == "SHADOWED":
-            return Piece(part, shadowed(*rays, workers), None)
-        return Piece(part, *trace(*rays, self._returns, workers))
+            return Found(shadowed(*rays, workers), None)
+        return Found(*trace(*rays, self._returns, workers))
+
+    def _traced(self, part: slice) -> Piece:
+        found = self.cast(part)
+        return Piece(part, found.direct, found.hits)
 
 
 def check_finite(groups: Sequence[ReceiverGroup]) -> None:

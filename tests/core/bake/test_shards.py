@@ -29,7 +29,7 @@ SETTINGS = BakeSettings("INTERREFLECTED", samples=32, seed=2)
 @pytest.fixture(autouse=True)
 def small_pieces(monkeypatch):
     """Many per object, and some that end inside of one."""
-    monkeypatch.setattr(casting, "_RAYS_IN_A_PIECE", 32 * 29)
+    monkeypatch.setattr(casting, "RAYS_IN_A_PIECE", 32 * 29)
 
 
 def problem_of(settings=SETTINGS, fingerprint="the scene"):
@@ -111,7 +111,7 @@ def test_a_stopped_bake_resumes_to_the_same_bits(tmp_path, mode, after, no_rays)
         bake(settings, workers=Workers(monitor=Stop()), pieces=pieces)
     saved = set(tmp_path.iterdir())
     assert len(saved) == after
-    casting._RAYS_IN_A_PIECE = 32 * 41  # the fixture puts it back
+    casting.RAYS_IN_A_PIECE = 32 * 41  # the fixture puts it back
     assert_same(bake(settings, pieces=pieces), expected)
     assert saved < set(tmp_path.iterdir())
     no_rays()

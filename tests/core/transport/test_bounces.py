@@ -139,7 +139,7 @@ def test_same_bits_in_any_pieces_in_memory_or_on_disk(monkeypatch, rays, memory)
     groups, occluders = corner(8)
     occluders = patterned(occluders)
     whole = trace_all(groups, occluders, SETTINGS)
-    monkeypatch.setattr(casting, "_RAYS_IN_A_PIECE", rays)
+    monkeypatch.setattr(casting, "RAYS_IN_A_PIECE", rays)
     pieces = trace_all(groups, occluders, SETTINGS, Run(memory=memory))
     assert len(pieces.hits.pieces) == -(-192 // max(1, rays // 64))
     assert [in_file(piece.packed) for piece in pieces.hits.pieces].count(True) in (
