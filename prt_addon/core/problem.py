@@ -19,7 +19,7 @@ Float64 = npt.NDArray[np.float64]
 
 Mode = Literal["UNSHADOWED", "SHADOWED", "INTERREFLECTED"]
 
-TRACE_FORMAT = 3
+TRACE_FORMAT = 4
 """To be counted up whenever the same `TraceKey` gets other bits, or the files of shards look different."""
 
 BOUNCE_IN_RAYS = 0.1

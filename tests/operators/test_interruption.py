@@ -190,7 +190,7 @@ def test_progress_counts_bounces_too(part, large, job_of):
 
 
 def test_long_waits_are_told_in_minutes_and_hours(part):
-    spoken = part("job")._spoken
+    spoken = part("job").spoken
     told = [spoken(seconds) for seconds in (0.4, 59.7, 120, 200, 3560, 3599, 7312)]
     assert told == ["0 s", "60 s", "120 s", "3 min 20 s", "59 min 20 s", "1 h 0 min", "2 h 2 min"]
 

@@ -18,7 +18,7 @@ from ..sphere import sh
 from ..transport.direct import Receivers, shadowed
 from ..transport.hits import HitStore, KeptHits, trace
 from ..transport.inside import Fill, Surroundings, find_buried, is_dark
-from ..transport.raycast import SMALLEST_SKIP, RayScene
+from ..transport.raycast import RayScene
 from .run import DEFAULT_RUN, Run
 from .shards import Piece, cut
 
@@ -43,10 +43,10 @@ _BLACK = Kind(
     "Recalculate Outside) or they lie inside other geometry: {names}.",
 )
 _TINY = Kind(
-    "{name} is tiny beside the scene: shadows from closer than {blind} are lost on it; move distant objects closer, or "
-    "hide them from renders.",
-    "{count} objects are tiny beside the scene, and lose shadows from close by: {names}; move distant objects closer, or "
-    "hide them from renders.",
+    "{name} is tiny, and far from the finest part of the scene: shadows from closer than {blind} are lost on it; move what is "
+    "fine closer together, or hide the one from renders while the other is baked.",
+    "{count} objects are tiny, and far from the finest part of the scene, and lose shadows from close by: {names}; move what "
+    "is fine closer together, or hide the one from renders while the other is baked.",
 )
 
 
@@ -174,6 +174,6 @@ def _about(group: ReceiverGroup, scene: RayScene, direct: Float32, buried: npt.N
     dark = is_dark(direct).mean()
     if dark > _TOO_DARK:
         yield Notice(_BLACK, group.name, {"part": "" if dark == 1.0 else f"{min(dark, 0.99):.0%} of the receivers of "})
-    blind = SMALLEST_SKIP * scene.radius
+    blind = float(np.median(scene.skips(scene.normalised(group.points), group.radius))) * scene.radius
     if blind > _TOO_BLIND * group.radius > 0.0:
         yield Notice(_TINY, group.name, {"blind": f"{blind:.2g}"})

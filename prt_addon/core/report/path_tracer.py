@@ -23,7 +23,7 @@ from ..sphere import sh
 from ..sphere.directions import tangent_frames
 from ..surface import Albedo
 from ..transport.direct import Receivers
-from ..transport.raycast import SMALLEST_SKIP, RayScene
+from ..transport.raycast import RayScene
 from ..workers import ALL_CORES, Workers
 
 Float64 = npt.NDArray[np.float64]
@@ -191,10 +191,10 @@ def _bounced(
     length = np.linalg.norm(normal, axis=1, keepdims=True)
     kept = np.flatnonzero(length[:, 0] > 0.0)
     colour = bounces.albedo.at(triangle, u, v).astype(np.float64)
-    skip = np.full(len(kept), SMALLEST_SKIP)
-    return _Paths(
-        point[kept], position[kept], (normal / np.where(length > 0.0, length, 1.0))[kept], skip, (tint * colour)[kept]
-    )
+    place = position[kept]
+    sizes = np.linalg.norm(bounces.corners[triangle[kept]] - place[:, None], axis=-1).max(axis=1)
+    skip = RayScene.least_skips(place, sizes)
+    return _Paths(point[kept], place, (normal / np.where(length > 0.0, length, 1.0))[kept], skip, (tint * colour)[kept])
 
 
 def _unblocked(scene: RayScene | None, paths: _Paths, directions: Float64) -> Bools:

@@ -151,8 +151,8 @@ class Subject:
         if not self.casts_rays:
             return Receivers(positions, normals, ids, np.zeros(len(ids)))
         scene = self.scenery.scene
-        skips = np.full(len(ids), scene.skip_length(self.group.radius))
-        return Receivers(scene.normalised(positions), normals, ids, skips)
+        places = scene.normalised(positions)
+        return Receivers(places, normals, ids, scene.skips(places, self.group.radius))
 
 
 def bounce_count(settings: BakeSettings) -> int:

@@ -38,7 +38,7 @@ class Receivers:
     normals: (N, 3) float64 unit shading normals, world axes.
     ids: (N,) int64, what the random turn depends on beside the seed: the index within the object, so that an
         object's bake does not depend on which others are baked with it.
-    skips: (N,) float64, how far along itself each ray starts (`RayScene.skip_length`).
+    skips: (N,) float64, how far along itself each ray starts (`RayScene.skips`).
     """
 
     points: Float64
@@ -49,11 +49,14 @@ class Receivers:
     @classmethod
     def of(cls, groups: Sequence[ReceiverGroup], scene: RayScene) -> Receivers:
         """Those of some groups, at least one, in their order."""
+        places = [scene.normalised(group.points) for group in groups]
         return cls(
-            points=scene.normalised(np.concatenate([group.points for group in groups])),
+            points=np.concatenate(places),
             normals=np.concatenate([group.normals for group in groups]),
             ids=np.concatenate([np.arange(len(group)) for group in groups]),
-            skips=np.concatenate([np.full(len(group), scene.skip_length(group.radius)) for group in groups]),
+            skips=np.concatenate(
+                [scene.skips(place, group.radius) for place, group in zip(places, groups, strict=True)]
+            ),
         )
 
     def __len__(self) -> int:

@@ -32,14 +32,18 @@ The length is along the ray, as a renderer's near clip: lifting the origin along
 concave vertices out of their crease and leaves 7 % RMS error at any ray count."""
 
 SMALLEST_SKIP = 1e-5
-"""The same, as a share of the whole scene's radius: below it float32 hits the surface the ray starts on."""
+"""The least length, as a share of how far from the origin the ray and the surface it starts on reach: below it float32 hits
+that surface. The origin lies amid the scene's smallest triangles: a backdrop far away costs nothing there."""
 
 
 _MOST_BACKS = 64
 """So many one-sided backs does a ray pass; what lies behind more of them counts as the sky."""
 
 _BEYOND = 2e-6
-"""How far behind a back a ray goes on, as a share of the scene's radius and of the way: a few roundings of float32."""
+"""How far behind a back a ray goes on, as a share of its way and of its start's distance: a few roundings of float32."""
+
+_LOOKED_AT = 1 << 17  # triangles that the middle is found by
+_HALVINGS = 36  # a part of some 2^-12 of the whole along each axis
 
 _BLOCK = 1 << 13
 """Triangles that are handed over at once: a cancel is heard in between."""
@@ -70,7 +74,7 @@ class Hits:
 
 
 class RayScene:
-    """Triangles to shoot at, centred and scaled to a unit sphere so that float32 has its best precision."""
+    """Triangles to shoot at, scaled to about a unit sphere, in whose middle the smallest are: there float32 is most precise."""
 
     def __init__(
         self,
@@ -94,7 +98,7 @@ class RayScene:
         if not np.isfinite(vertices).all():
             raise MeshError("A mesh holds NaN or infinite coordinates: remove those vertices and bake again.")
         low, high = (vertices.min(axis=0), vertices.max(axis=0)) if len(vertices) else (np.zeros(3), np.zeros(3))
-        self.centre: Float64 = (low + high) / 2.0
+        self.centre: Float64 = _finest(vertices, triangles) if len(triangles) else (low + high) / 2.0
         self.radius = float(np.linalg.norm(high - low)) / 2.0 or 1.0
         self._scene = EmbreeScene(robust=True)
         points = self.normalised(vertices).astype(np.float32)
@@ -108,9 +112,20 @@ class RayScene:
         """World points to the scene's own unit sphere, where rays are given."""
         return (points - self.centre) / self.radius
 
-    def skip_length(self, object_radius: float) -> float:
-        """How far a ray from an object of that radius (world units) starts along itself, in normalised units."""
-        return float(np.clip(SKIP * object_radius / self.radius, SMALLEST_SKIP, SKIP))
+    def skips(self, points: Float64, object_radius: float) -> Float64:
+        """(N,) how far rays from an object of that radius (world units) start along themselves.
+
+        Args:
+            points: (N, 3) where they start, normalised as the result.
+        """
+        size = object_radius / self.radius
+        return np.clip(SKIP * size, self.least_skips(points, size), SKIP)
+
+    @staticmethod
+    def least_skips(points: Float64, sizes: Float64 | float) -> Float64:
+        """(N,) how far they must start along themselves at least, from surfaces of those sizes; all normalised."""
+        least: Float64 = SMALLEST_SKIP * (np.linalg.norm(points, axis=1) + sizes)
+        return least
 
     def visible(self, origins: Float32, directions: Float32) -> npt.NDArray[np.bool_]:
         """(N,) whether each ray leaves the scene unblocked. Rays are (N, 3), normalised units."""
@@ -150,7 +165,8 @@ class RayScene:
             rays, distance = rays[back], distance[back]
             if not len(rays):
                 return
-            distance = distance * np.float32(1.0 + _BEYOND) + np.float32(_BEYOND)
+            start = np.linalg.norm(origins[rays], axis=1)
+            distance = distance * np.float32(1.0 + _BEYOND) + np.float32(_BEYOND) * start
             after, further = self._nearest(origins[rays] + directions[rays] * distance[:, None], directions[rays])
             for field in fields(Hits):
                 getattr(hits, field.name)[rays] = getattr(after, field.name)
@@ -164,6 +180,22 @@ class RayScene:
                 raise ValueError("rays must be C-contiguous float32 arrays of shape (N, 3)")
         if len(origins) != len(directions):
             raise ValueError(f"{len(origins)} origins for {len(directions)} directions")
+
+
+def _finest(vertices: Float64, triangles: npt.NDArray[np.int32]) -> Float64:
+    """(3,) a place amid the smallest triangles: all of them are halved along their longest extent again and again, and the half
+    that weighs more is kept. A triangle weighs one over its longest edge squared. Of many triangles some are looked at."""
+    corners = vertices[triangles[:: max(1, len(triangles) // _LOOKED_AT)]]
+    size = np.square(corners - np.roll(corners, 1, axis=1)).sum(axis=2).max(axis=1)
+    place, weight = corners.mean(axis=1), 1.0 / np.where(size > 0.0, size, np.inf)
+    for _ in range(_HALVINGS):
+        low, high = place.min(axis=0), place.max(axis=0)
+        axis = int(np.argmax(high - low))
+        lower = place[:, axis] <= (low[axis] + high[axis]) / 2.0
+        kept = lower if weight[lower].sum() >= weight[~lower].sum() else ~lower
+        place, weight = place[kept], weight[kept]
+    middle: Float64 = (place.min(axis=0) + place.max(axis=0)) / 2.0
+    return middle
 
 
 def _mesh(scene: Any, points: Float32, triangles: npt.NDArray[np.int32]) -> Any:

@@ -21,8 +21,8 @@ OPEN = 0.28209479177387814  # T_0 of a receiver that sees the whole sky: sqrt(1 
 def receivers(scene, points, normals):
     """Receivers of an object as large as the scene."""
     count = len(points)
-    skips = np.full(count, scene.skip_length(scene.radius))
-    return Receivers(scene.normalised(points), normals, np.arange(count), skips)
+    places = scene.normalised(points)
+    return Receivers(places, normals, np.arange(count), scene.skips(places, scene.radius))
 
 
 def one_receiver(mesh, normal, samples, turn=None):

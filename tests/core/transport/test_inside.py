@@ -211,11 +211,12 @@ def test_it_is_told_and_rays_are_not_counted():
 
 
 def test_black_and_tiny_objects_are_told():
-    groups, occluders = scene_of(flipped(shapes.icosphere(3)), moved(scaled(shapes.icosphere(2), *[1e-4] * 3), 4, 0, 0))
+    speck = scaled(shapes.icosphere(2), *[1e-4] * 3)
+    groups, occluders = scene_of(flipped(shapes.icosphere(3)), moved(speck, -4, 0, 0), moved(speck, 4, 0, 0))
     (first, black), (second, tiny) = engine.bake(BakeProblem.of(groups, occluders, SETTINGS)).findings
-    assert (first, second) == (0, 1)
+    assert first == 0 and second in {1, 2}, "float32 is fine about one of the specks"
     assert "No light reaches 'mesh 0'" in black.sentence
-    assert "'mesh 1' is tiny beside the scene" in tiny.sentence
+    assert f"'mesh {second}' is tiny, and far from the finest part of the scene" in tiny.sentence
 
 
 def test_an_object_that_is_dark_for_the_most_part_is_told():
