@@ -82,6 +82,8 @@ class ReceiverGroup:
     radius: of the object, to scale the skipped start of rays.
     edges: (E, 2) pairs of receivers that are neighbours on the mesh, over which those inside other geometry are
         filled; without any, none is.
+    faces: (F, 3) the receivers at the corners of each triangle, in whose open parts the values of covered corners are found;
+        without any, these stay black.
     """
 
     name: str
@@ -89,6 +91,7 @@ class ReceiverGroup:
     normals: Float64
     radius: float
     edges: npt.NDArray[np.int32] | None = None
+    faces: npt.NDArray[np.integer[Any]] | None = None
 
     def __len__(self) -> int:
         return len(self.points)
@@ -171,7 +174,7 @@ class Island:
         parts: list[npt.NDArray[Any] | None] = [occluders.vertices, occluders.triangles, occluders.corner_receiver]
         parts.append(occluders.one_sided)
         for group in self.groups:
-            parts += [group.points, group.normals, group.edges]
+            parts += [group.points, group.normals, group.edges, group.faces]
         arrays: list[npt.NDArray[Any]] = [np.empty(0) if part is None else part for part in parts]
         return TraceKey(digest(names, *arrays).hex(), settings.mode, settings.samples, settings.seed, len(self))
 

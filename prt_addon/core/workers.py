@@ -72,6 +72,21 @@ class Workers:
             self.monitor.check_cancelled()
 
 
+class _Uncounted(Monitor):
+    """Passes a wish to stop on, and no work."""
+
+    def __init__(self, monitor: Monitor) -> None:
+        self.check_cancelled = monitor.check_cancelled  # type: ignore[method-assign]
+
+    def advance(self, work: Work) -> None:
+        self.check_cancelled()
+
+
+def uncounted(workers: Workers) -> Workers:
+    """The same workers, for work that the total of what is monitored does not hold."""
+    return Workers(workers.threads, _Uncounted(workers.monitor))
+
+
 ALL_CORES = Workers()
 """All cores, and nobody who watches."""
 

@@ -15,7 +15,7 @@ from ..problem import BakeProblem, BakeSettings, Island, Occluders
 from ..surface import Albedo
 from ..transport.bounces import interreflected
 from ..transport.direct import unshadowed
-from ..transport.inside import FilledGather
+from ..transport.inside import MendedGather
 from .run import DEFAULT_RUN, Run
 from .shards import Shard
 from .trace import Caster, Traced, check_finite, trace_island
@@ -44,7 +44,7 @@ def bake(problem: BakeProblem, run: Run = DEFAULT_RUN) -> BakeResult:
     it, also of what nobody wants the transport of. The result has the same bits whatever the order of the groups, the
     number of threads and the chunk size.
 
-    Receivers inside other geometry are filled from their neighbours (see `transport.inside`), in whichever mode casts rays. The
+    Receivers inside other geometry continue what is open about them (see `transport.cover`), in whichever mode casts rays. The
     findings tell their share, and of objects that no light reaches or that float32 is too coarse for.
 
     Raises:
@@ -123,10 +123,12 @@ def bounce(traced: Traced, occluders: Occluders, settings: BakeSettings, run: Ru
         (N, 9, 3) float32 per group, RGB.
     """
     albedo = occluders.albedo or Albedo(np.ones_like(occluders.triangles, dtype=np.float32))
-    gather = FilledGather(traced.fill, traced.hits, albedo, occluders.receiver_at_corners, run.workers)
+    receivers = sum(traced.sizes)
+    gather = MendedGather(traced.mend, traced.hits, albedo, occluders.receiver_at_corners, run.workers, receivers)
     transport = interreflected(traced.direct, gather, settings.bounces, settings.tolerance)
     return _split(transport, traced.sizes)
 
 
 def _split(transport: Float32, sizes: Sequence[int]) -> list[Float32]:
-    return np.split(transport, np.cumsum(sizes)[:-1])
+    """Of each group, without the samples that follow the receivers."""
+    return np.split(transport, np.cumsum(sizes))[:-1]

@@ -85,7 +85,7 @@ def _measured(island: Island, problem: BakeProblem, run: Run) -> tuple[float, fl
     prepared = time.monotonic()
     samples = problem.settings.samples
     some = min(len(island), max(_LEAST_RECEIVERS, PROBE // samples))
-    piece = caster.cast(np.linspace(0, len(island) - 1, some).astype(np.int64))
+    piece = caster.cast(caster.receivers[np.linspace(0, len(island) - 1, some).astype(np.int64)])
     cast = samples * some
     return (
         prepared - begun,

@@ -15,10 +15,12 @@ from ..monitor import Work
 from ..notices import Kind, Notice
 from ..problem import BakeSettings, Island, ReceiverGroup
 from ..sphere import sh
+from ..transport.cover import Faces, Fit, Samples, sample_covered
 from ..transport.direct import Receivers, shadowed
 from ..transport.hits import HitStore, KeptHits, trace
-from ..transport.inside import Fill, Surroundings, find_buried, is_dark
+from ..transport.inside import Fill, Mend, Surroundings, find_buried, is_dark
 from ..transport.raycast import RayScene
+from ..workers import uncounted
 from .run import DEFAULT_RUN, Run
 from .shards import Piece, cut
 
@@ -32,8 +34,8 @@ _TOO_BLIND = 0.02  # skipped start of rays, as a share of their object's radius,
 
 
 _FILLED = Kind(
-    "{share} of the receivers of {name} lie inside other geometry and were filled from their neighbours.",
-    "{count} objects have receivers inside other geometry, which were filled from their neighbours: {names}.",
+    "{share} of the receivers of {name} lie inside other geometry, and continue what is open about them.",
+    "{count} objects have receivers inside other geometry, which continue what is open about them: {names}.",
     "INFO",
 )
 _BLACK = Kind(
@@ -55,16 +57,19 @@ class Traced:
     """What the rays of an island found; another albedo or number of bounces needs no new ones.
 
     sizes: receivers of each group.
-    direct: (N, 9) float32 shadowed transport of all groups, filled where buried.
-    hits: what the blocked rays hit, if light shall bounce.
-    fill: of the receivers that lie inside other geometry.
+    direct: (N + M, 9) float32 shadowed transport of all groups, mended where they lie inside other geometry; then that of
+        samples in the open parts of faces with covered corners.
+    hits: what the blocked rays of both hit, if light shall bounce.
+    mend: what is done about receivers inside other geometry.
+    mended: (N,) which these are.
     findings: what there is to say of the groups, each with the number of its group.
     """
 
     sizes: list[int]
     direct: Float32
     hits: HitStore
-    fill: Fill
+    mend: Mend
+    mended: npt.NDArray[np.bool_]
     findings: list[tuple[int, Notice]]
 
     @property
@@ -85,11 +90,26 @@ def trace_island(island: Island, settings: BakeSettings, run: Run = DEFAULT_RUN)
         if piece.hits:
             hits.add(piece.hits)
     around = Surroundings(caster.scene, occluders.vertices, occluders.triangles)
-    edges = _edges(island.groups)
-    fill = Fill(find_buried(around, receivers, edges, direct, settings.seed, run.workers), edges)
-    fill(direct)
-    findings = list(_findings(island.groups, around.scene, direct, fill.buried))
-    return Traced([len(group) for group in island.groups], direct, hits, fill, findings)
+    edges, dark = _edges(island.groups), is_dark(direct)
+    buried = find_buried(around, receivers, edges, direct, settings.seed, run.workers)
+    samples = Samples.none(receivers)
+    if dark.any():
+        samples = sample_covered(caster.scene, receivers, _faces(island.groups), dark, settings.seed, run.workers)
+        direct = np.concatenate([direct, *_sampled(caster, samples, hits)])
+    mend = Mend(Fit(samples, len(receivers)), Fill(buried & ~samples.covered, edges))
+    mend(direct)
+    mended = buried | samples.covered
+    findings = list(_findings(island.groups, around.scene, direct, mended))
+    return Traced([len(group) for group in island.groups], direct, hits, mend, mended, findings)
+
+
+def _sampled(caster: Caster, samples: Samples, hits: HitStore) -> Iterator[Float32]:
+    """The direct transport of samples, (n, 9) each; what their rays hit follows that of the receivers."""
+    for part in cut(slice(0, len(samples)), max(1, RAYS_IN_A_PIECE // hits.samples)):
+        found = caster.cast(samples.receivers[part], counted=False)
+        if found.hits:
+            hits.add(found.hits)
+        yield found.direct
 
 
 class Found(NamedTuple):
@@ -121,16 +141,16 @@ class Caster:
                 self._run.workers.monitor.advance(Work(rays=samples * len(piece.direct)))
             yield piece
 
-    def cast(self, part: slice | npt.NDArray[np.int64]) -> Found:
-        """What the rays of some receivers find."""
-        settings, workers = self._settings, self._run.workers
-        rays = self.scene, self.receivers[part], settings.samples, settings.seed
+    def cast(self, receivers: Receivers, counted: bool = True) -> Found:
+        """What the rays of some receivers find; uncounted, nobody who watches sees how many."""
+        settings, workers = self._settings, self._run.workers if counted else uncounted(self._run.workers)
+        rays = self.scene, receivers, settings.samples, settings.seed
         if settings.mode == "SHADOWED":
             return Found(shadowed(*rays, workers), None)
         return Found(*trace(*rays, self._returns, workers))
 
     def _traced(self, part: slice) -> Piece:
-        found = self.cast(part)
+        found = self.cast(self.receivers[part])
         return Piece(part, found.direct, found.hits)
 
 
@@ -150,6 +170,18 @@ def _edges(groups: Sequence[ReceiverGroup]) -> npt.NDArray[np.int64]:
     return np.concatenate(
         [none, *(group.edges + start for group, start in zip(groups, starts, strict=False) if group.edges is not None)]
     )
+
+
+def _faces(groups: Sequence[ReceiverGroup]) -> Faces:
+    """Of all groups, their receivers counted through."""
+    starts = np.cumsum([0, *map(len, groups)])
+    corners = [np.zeros((0, 3), dtype=np.int64)]
+    corners += [
+        group.faces.astype(np.int64) + start
+        for group, start in zip(groups, starts, strict=False)
+        if group.faces is not None
+    ]
+    return Faces(np.concatenate(corners), np.concatenate([np.arange(len(some)) for some in corners]))
 
 
 def _findings(

@@ -84,18 +84,21 @@ class Gather:
         albedo: Albedo,
         corner_receiver: npt.NDArray[np.integer[Any]],
         workers: Workers = ALL_CORES,
+        counted: int | None = None,
     ) -> None:
         """
         Args:
             hits: of M receivers, which need not be those that light bounces off.
             albedo: of the triangles that were hit.
             corner_receiver: (T, 3) the receiver at each corner of a triangle; one at -1 returns no light.
-            workers: who does it, now and in each bounce; their monitor sees the bounces done.
+            workers: who does it, now and in each bounce; their monitor sees the bounces done,
+            counted: of so many of the receivers; of all if None.
         """
         store = HitStore.of(hits) if isinstance(hits, KeptHits) else hits
         self.channels = 1 if albedo.is_grey else 3
         self.sources = Sources.of(albedo, corner_receiver, self.channels)
         self._workers, self._samples, self._receivers = workers, store.samples, len(store)
+        self._counted = len(store) if counted is None else counted
         self._chunk = min(_RECEIVERS_AT_A_TIME, max(1, _HITS_AT_A_TIME // store.samples))
         self._fine = _FINE * (256.0 / store.samples) ** 0.25
         self._is_patterned = albedo.is_patterned
@@ -137,8 +140,10 @@ class Gather:
         return stand_ins.reshape(-1)
 
     def _gather_piece(self, out: Float32, piece: _Piece, bounce: _Bounce) -> None:
-        def work(part: slice) -> Work:
+        def work(part: slice) -> Work | None:
             out[part] = self._gathered(piece, part, bounce)
+            if piece.receivers.start >= self._counted:
+                return None
             return Work(bounces=int(BOUNCE_IN_RAYS * bounce.rays * (part.stop - part.start)))
 
         self._workers.run(len(out), self._chunk, work)

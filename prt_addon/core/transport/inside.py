@@ -24,6 +24,7 @@ import numpy.typing as npt
 
 from ..sphere import sh
 from ..workers import ALL_CORES, Workers
+from .cover import Fit
 from .direct import Pattern, Receivers
 from .gather import Gather
 from .raycast import RayScene
@@ -84,16 +85,30 @@ class Fill:
         return rows.reshape(transport.shape)
 
 
-class FilledGather(Gather):
-    """`F G`: bounces whose light neither starts nor ends at a buried receiver."""
+class Mend:
+    """What is done about receivers inside other geometry. Linear.
 
-    def __init__(self, fill: Fill, *gather: Any) -> None:
+    Covered corners of faces that are open in parts are fitted to these, what lies deeper is filled from its neighbours.
+    """
+
+    def __init__(self, fit: Fit, fill: Fill) -> None:
+        self._fit, self._fill = fit, fill
+
+    def __call__(self, transport: Float32) -> Float32:
+        """(N + M, ...) float32 of N receivers and M samples, changed in place."""
+        return self._fill(self._fit(transport))
+
+
+class MendedGather(Gather):
+    """Bounces whose light neither starts nor ends at a receiver inside other geometry."""
+
+    def __init__(self, mend: Mend, *gather: Any) -> None:
         super().__init__(*gather)
-        self._fill = fill
+        self._mend = mend
 
     def __call__(self, transport: Float32, thin: int | None = None) -> Float32:
-        """One bounce: (N, C, 9) float32 from (N, C, 9)."""
-        return self._fill(super().__call__(transport, thin))
+        """One bounce: (N + M, C, 9) float32 from (N + M, C, 9)."""
+        return self._mend(super().__call__(transport, thin))
 
 
 @dataclass(frozen=True)

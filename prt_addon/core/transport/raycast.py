@@ -137,14 +137,18 @@ class RayScene:
 
     def hits(self, origins: Float32, directions: Float32) -> Hits:
         """Nearest hits of rays (N, 3), normalised units."""
-        self._check(origins, directions)
-        if not self._blocks:
-            nowhere = np.zeros(len(origins), dtype=np.float32)
-            return Hits(np.full(len(origins), -1, dtype=np.int32), nowhere, nowhere.copy(), nowhere > 0.0)
-        nearest, distance = self._nearest(origins, directions)
+        nearest, distance = self.crossings(origins, directions)
         if self._one_sided is not None:
             self._pass_through(nearest, distance, origins, directions)
         return nearest
+
+    def crossings(self, origins: Float32, directions: Float32) -> tuple[Hits, Float32]:
+        """Nearest hits of rays (N, 3), backs that let light through among them, and how far they are; normalised units."""
+        self._check(origins, directions)
+        if not self._blocks:
+            nowhere = np.zeros(len(origins), dtype=np.float32)
+            return Hits(np.full(len(origins), -1, dtype=np.int32), nowhere, nowhere.copy(), nowhere > 0.0), nowhere
+        return self._nearest(origins, directions)
 
     def _nearest(self, origins: Float32, directions: Float32) -> tuple[Hits, Float32]:
         found = self._scene.run(origins, directions, output=True)

@@ -388,9 +388,14 @@ def _read_mesh(
         surface,
         identity(mesh, matrix, sides, original if derived else None),
         blocks,
-        read_receivers(evaluated.original.name_full, mesh, matrix) if receives else None,
+        _with_faces(read_receivers(evaluated.original.name_full, mesh, matrix), surface) if receives else None,
         albedos.read(evaluated, mesh, surface, place) if bounces else None,
     )
+
+
+def _with_faces(receivers: ObjectReceivers, surface: Surface) -> ObjectReceivers:
+    """The same receivers, and the triangles between them."""
+    return replace(receivers, group=replace(receivers.group, faces=receivers.at_corners(surface).astype(np.int32)))
 
 
 def _can_hold(ob: bpy.types.Object, evaluated: bpy.types.Mesh) -> bool:

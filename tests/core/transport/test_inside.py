@@ -31,7 +31,7 @@ def group_of(mesh, name="Mesh"):
     vertices, triangles = mesh
     radius = np.linalg.norm(np.ptp(vertices, axis=0)) / 2
     normals = shapes.vertex_normals(vertices, triangles)
-    return ReceiverGroup(name, vertices, normals, radius, edges=edges_of(triangles).astype(np.int32))
+    return ReceiverGroup(name, vertices, normals, radius, edges=edges_of(triangles).astype(np.int32), faces=triangles)
 
 
 def scene_of(*meshes):
@@ -56,7 +56,7 @@ def scaled(mesh, *factors):
 def buried_of(groups, occluders):
     """Which receivers of each group were filled."""
     traced = trace_all(groups, occluders, replace(SETTINGS, mode="INTERREFLECTED"))
-    return np.split(traced.fill.buried, np.cumsum(traced.sizes)[:-1])
+    return np.split(traced.mended, np.cumsum(traced.sizes)[:-1])
 
 
 def without(mesh, gone):
@@ -88,7 +88,7 @@ def test_ball_sunk_into_the_ground_is_filled_below():
 def test_no_black_ring_above_the_seam():
     """Below it, values are the seam's own; an unfilled bake is black there."""
     groups, occluders = ball_in_ground()
-    bare = bake([replace(group, edges=None) for group in groups], occluders, SETTINGS)
+    bare = bake([replace(group, edges=None, faces=None) for group in groups], occluders, SETTINGS)
     filled = bake(groups, occluders, SETTINGS)
     height = groups[0].points[:, 2]
     ring = (height < -0.02) & (height > -0.15)
@@ -164,20 +164,26 @@ def test_what_is_dark_for_a_reason_is_left_alone(scene):
     groups, occluders = scene()
     dark = [transport[:, 0] < 0.05 * OPEN for transport in bake(groups, occluders, SETTINGS)]
     for group, found in zip(groups, buried_of(groups, occluders), strict=True):
-        assert found.mean() <= (0.05 if scene is thicket and len(group) == 12000 else 0.0), group.name
+        assert found.mean() <= (0.15 if scene is thicket else 0.0), group.name
     assert np.concatenate(dark).any() or len(groups) < 3
 
 
+def test_a_thicket_stays_dark():
+    """What few of its receivers are taken for covered get what their faces get: the ground is no brighter on the whole."""
+    groups, occluders = thicket()
+    bare = bake([replace(group, edges=None, faces=None) for group in groups], occluders, SETTINGS)
+    for group, before, after in zip(groups, bare, bake(groups, occluders, SETTINGS), strict=True):
+        assert abs(after[:, 0].mean() / before[:, 0].mean() - 1.0) < 0.02, group.name
+
+
 def test_bounces_neither_start_nor_end_in_the_ground():
-    """Filled receivers hold the mean of their neighbours after every number of bounces."""
+    """Receivers about the seam are bright after every number of bounces, and without colour there are none."""
     groups, occluders = ball_in_ground()
     settings = replace(SETTINGS, mode="INTERREFLECTED")
     traced = trace_all(groups, occluders, settings)
     for bounces in (0, 1, 4):
         result = np.concatenate(bounce(traced, occluders, replace(settings, bounces=bounces)))
-        again = traced.fill(result.copy())
-        np.testing.assert_allclose(again, result, rtol=0, atol=2e-7)
-        ring = traced.fill.buried[: len(groups[0])] & (groups[0].points[:, 2] > -0.15)
+        ring = traced.mended[: len(groups[0])] & (groups[0].points[:, 2] > -0.15)
         assert result[: len(groups[0])][ring, 0].min() > 0.3 * OPEN
     dark = replace(occluders, albedo=Albedo(np.zeros(occluders.triangles.shape)))
     np.testing.assert_array_equal(

@@ -1,0 +1,289 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Corners that other geometry covers: found, and given the values at which their faces show what their open parts get.
+
+A face is interpolated between its corners. Where one of them lies inside other geometry, as the corners of a road do in its
+kerbs, the black that it got would be drawn over the open part. So light is sampled inside such faces. Samples in the open are
+kept, and the covered corners get the values that come closest to them by least squares (Kavan, Bargteil & Sloan 2011, "Least
+Squares Vertex Baking"). The fit extrapolates to the corner: what is in shadow near the seam stays so, which a mean of
+neighbours would brighten.
+
+What is in the open is found by a few probing rays. A sample that sees the sky, or no back of a face, is. Another one is, and a
+dark corner is not covered, if the way to the nearest such sample leads out of nothing: along it as many faces are entered as are
+left. This tells a corner in a kerb from one in the shadow of a roof, and from a dark room with a window.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ..workers import ALL_CORES, Workers
+from .direct import Pattern, Receivers
+from .raycast import RayScene
+
+Float32 = npt.NDArray[np.float32]
+Float64 = npt.NDArray[np.float64]
+Int64 = npt.NDArray[np.int64]
+Bools = npt.NDArray[np.bool_]
+
+_PROBES = 16  # rays
+_SOME_BACKS = 0.1  # share of a corner's probes that end on backs: with none it lies in no solid
+_LIFT = 0.02  # of the way: clear of the face itself
+_BEYOND = 1.1  # of the way: samples often lie in the very surface, as the equator of a ball does
+_MOST_CROSSINGS = 8  # faces along a way
+_ON = 1e-4  # of the way: beyond a face that was crossed
+_SMOOTHING = 0.03  # pull towards the mean of the samples nearby, beside what the samples say
+_STEPS = 24  # of the solver
+_SPECTRUM = 0.03, 3.0  # of the equations, each divided by its own diagonal: three corners a face, and the smoothing
+
+
+def _spread(rows: int) -> Float64:
+    """(rows (rows + 1) / 2, 3) barycentric coordinates inside a triangle: the middles of a grid of triangles in it."""
+    i, j = np.meshgrid(np.arange(rows), np.arange(rows), indexing="ij")
+    inside = i + j < rows
+    u, v = (i[inside] + 1.0 / 3.0) / rows, (j[inside] + 1.0 / 3.0) / rows
+    return np.stack([1.0 - u - v, u, v], axis=-1)
+
+
+PLACES = _spread(5)
+"""(15, 3) where light is sampled in a face."""
+
+
+@dataclass(frozen=True)
+class Faces:
+    """Triangles of receivers.
+
+    corners: (F, 3) receivers.
+    number: (F,) of each within its object.
+    """
+
+    corners: Int64
+    number: Int64
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Samples of light inside faces that have covered corners.
+
+    receivers: M points.
+    corners: (M, 3) the receivers at the corners of each one's face.
+    shares: (M, 3) its barycentric coordinates.
+    weight: (M,) the area that it stands for.
+    covered: (N,) which receivers are fitted to them.
+    """
+
+    receivers: Receivers
+    corners: Int64
+    shares: Float64
+    weight: Float64
+    covered: Bools
+
+    @classmethod
+    def none(cls, receivers: Receivers) -> Samples:
+        """Of a scene in which nothing is covered."""
+        nothing = np.zeros((0, 3))
+        covered = np.zeros(len(receivers), dtype=np.bool_)
+        return cls(receivers[:0], nothing.astype(np.int64), nothing, np.zeros(0), covered)
+
+    def __len__(self) -> int:
+        return len(self.weight)
+
+
+def sample_covered(
+    scene: RayScene,
+    receivers: Receivers,
+    faces: Faces,
+    dark: Bools,
+    seed: int = 0,
+    workers: Workers = ALL_CORES,
+) -> Samples:
+    """Find covered corners, and samples in the open parts of their faces; see the top of this file.
+
+    Args:
+        scene: what blocks the light.
+        receivers: N points.
+        faces: between them.
+        dark: (N,) which see almost no sky: others are not looked at.
+        seed: as the bake's.
+        workers: who does it; the few rays are not counted.
+    """
+    suspects = np.flatnonzero(dark)
+    if len(suspects):
+        _, backs = _probed(scene, receivers[suspects], seed, workers)
+        suspects = suspects[backs > _SOME_BACKS]
+    suspected = np.zeros(len(receivers), dtype=np.bool_)
+    suspected[suspects] = True
+    chosen = np.flatnonzero(suspected[faces.corners].any(axis=1))
+    if not len(chosen):
+        return Samples.none(receivers)
+    corners = faces.corners[chosen]
+    inside = _placed(receivers, corners, faces.number[chosen])
+    sky, backs = (share.reshape(len(chosen), -1) for share in _probed(scene, inside, seed, workers))
+    is_open = ((sky > 0.0) & (backs < 0.5)) | (backs == 0.0)
+    workers.monitor.check_cancelled()
+    covered = _covered(scene, receivers, corners, inside.points.reshape(*is_open.shape, 3), is_open, suspected)
+    mine = covered[corners].any(axis=1)
+    kept = _in_the_open(scene, receivers, corners, inside, is_open)
+    kept &= mine[:, None]
+    at = np.flatnonzero(kept.reshape(-1))
+    face, place = np.divmod(at, len(PLACES))
+    points = receivers.points[corners]
+    area = np.linalg.norm(np.cross(points[:, 1] - points[:, 0], points[:, 2] - points[:, 0]), axis=1)
+    return Samples(inside[at], corners[face], PLACES[place], area[face] + np.finfo(float).tiny, covered)
+
+
+def _placed(receivers: Receivers, corners: Int64, number: Int64) -> Receivers:
+    """Samples at all places of faces, face by face. Their random numbers follow those of the receivers."""
+    count = len(corners) * len(PLACES)
+    points = np.einsum("pk,fkc->fpc", PLACES, receivers.points[corners]).reshape(count, 3)
+    normals = np.einsum("pk,fkc->fpc", PLACES, receivers.normals[corners]).reshape(count, 3)
+    length = np.linalg.norm(normals, axis=1, keepdims=True)
+    first = np.repeat(receivers.normals[corners[:, 0]], len(PLACES), axis=0)
+    normals = np.where(length > 1e-6, normals / np.where(length > 1e-6, length, 1.0), first)
+    ids = (~number[:, None] * len(PLACES) - np.arange(len(PLACES))).reshape(-1)  # below zero: no receiver has them
+    skips = np.repeat(receivers.skips[corners].max(axis=1), len(PLACES))
+    return Receivers(points, normals, ids, skips)
+
+
+def _probed(scene: RayScene, receivers: Receivers, seed: int, workers: Workers) -> tuple[Float64, Float64]:
+    """(N,) shares of each receiver's probing rays that leave the scene, and that end on the back of a face."""
+    pattern = Pattern(_PROBES, seed)
+    sky, backs = np.empty(len(receivers)), np.empty(len(receivers))
+
+    def work(part: slice) -> None:
+        rays = pattern.rays(receivers[part])
+        hits = scene.hits(rays.origins, rays.directions)
+        sky[part] = (hits.triangle < 0).reshape(-1, _PROBES).mean(axis=1)
+        backs[part] = ((hits.triangle >= 0) & ~hits.front).reshape(-1, _PROBES).mean(axis=1)
+
+    workers.run(len(receivers), pattern.chunk, work)
+    return sky, backs
+
+
+def _covered(
+    scene: RayScene, receivers: Receivers, corners: Int64, places: Float64, is_open: Bools, suspected: Bools
+) -> Bools:
+    """(N,) which receivers are covered: at half of their faces with an open part, at least, the way there leads out of
+    something."""
+    face, corner = np.nonzero(suspected[corners] & is_open.any(axis=1)[:, None])
+    receiver = corners[face, corner]
+    start = receivers.points[receiver]
+    nearest = _nearest(start, places[face], is_open[face])
+    normals = receivers.normals[receiver]
+    leaves = _leads_out(scene, start, places[face, nearest], normals)
+    asked = np.bincount(receiver, minlength=len(receivers))
+    covered: Bools = (asked > 0) & (2 * np.bincount(receiver, leaves, len(receivers)) >= asked)
+    return covered
+
+
+def _in_the_open(scene: RayScene, receivers: Receivers, corners: Int64, inside: Receivers, is_open: Bools) -> Bools:
+    """(F, P) which samples are in the open: also those whose way to the nearest one that is leads out of nothing."""
+    places = inside.points.reshape(*is_open.shape, 3)
+    face, place = np.nonzero(~is_open & is_open.any(axis=1)[:, None])
+    start = places[face, place]
+    nearest = _nearest(start, places[face], is_open[face])
+    leaves = _leads_out(scene, start, places[face, nearest], receivers.normals[corners[face, 0]])
+    kept = is_open.copy()
+    kept[face, place] = ~leaves
+    return kept
+
+
+def _nearest(start: Float64, places: Float64, allowed: Bools) -> Int64:
+    """(n,) the nearest of (n, P) places to each of (n, 3) points."""
+    distance = np.linalg.norm(places - start[:, None], axis=2)
+    nearest: Int64 = np.argmin(np.where(allowed, distance, np.inf), axis=1)
+    return nearest
+
+
+def _leads_out(scene: RayScene, start: Float64, end: Float64, normals: Float64) -> Bools:
+    """(n,) whether along straight ways, lifted off their faces, more faces are left through their backs than entered."""
+    length = np.linalg.norm(end - start, axis=1)
+    lift = _LIFT * length[:, None] * normals
+    begin, way = start + lift, (end - start) / np.where(length > 0.0, length, 1.0)[:, None]
+    depth, gone = np.zeros(len(start)), np.zeros(len(start))
+    going = np.flatnonzero(length > 0.0)
+    for _ in range(_MOST_CROSSINGS):
+        if not len(going):
+            break
+        origins = (begin[going] + gone[going, None] * way[going]).astype(np.float32)
+        hits, distance = scene.crossings(origins, way[going].astype(np.float32))
+        reach = gone[going] + distance
+        crossed = (hits.triangle >= 0) & (reach < _BEYOND * length[going])
+        going, hits_front, reach = going[crossed], hits.front[crossed], reach[crossed]
+        depth[going] += np.where(hits_front, -1.0, 1.0)
+        gone[going] = reach + _ON * length[going]
+    leads_out: Bools = depth > 0.0
+    return leads_out
+
+
+class Fit:
+    """Gives covered receivers the values that come closest to the samples in their faces. Linear.
+
+    The equations are solved by a fixed number of Chebyshev steps, which need no sums over all unknowns: the same bits
+    whatever else is baked. Equations of faces that share no corner do not know of each other.
+    """
+
+    def __init__(self, samples: Samples, count: int) -> None:
+        """
+        Args:
+            samples: the M samples.
+            count: N, all receivers.
+        """
+        self._samples, self._count = samples, count
+        self._covered = np.flatnonzero(samples.covered)
+        index = np.full(count, -1, dtype=np.int64)
+        index[self._covered] = np.arange(len(self._covered))
+        self._unknown = index[samples.corners]
+        self._is_unknown = self._unknown >= 0
+        sample, corner = np.nonzero(self._is_unknown)
+        unknown = self._unknown[sample, corner]
+        order = np.argsort(unknown, kind="stable")
+        self._sample, self._share = sample[order], samples.shares[sample, corner][order]
+        self._starts = np.searchsorted(unknown[order], np.arange(len(self._covered)))
+        weight = samples.weight[self._sample] * self._share
+        self._weight = weight
+        total = np.add.reduceat(weight, self._starts) if len(weight) else np.zeros(0)
+        square = np.add.reduceat(weight * self._share, self._starts) if len(weight) else np.zeros(0)
+        self._mean = weight / np.repeat(total, np.diff([*self._starts, len(weight)]))
+        self._pull = _SMOOTHING * total
+        self._diagonal = square + self._pull
+
+    def __call__(self, transport: Float32) -> Float32:
+        """(N + M, ...) float32, changed in place: the rows of the covered among N receivers, by those of the M samples."""
+        if not len(self._covered):
+            return transport
+        rows = transport.reshape(len(transport), -1)
+        sampled = rows[self._count :].astype(np.float64)
+        known = np.where(self._is_unknown, 0.0, self._samples.shares)
+        rest = sampled - np.einsum("mk,mkc->mc", known, rows[self._samples.corners].astype(np.float64))
+        mean = self._summed(self._mean, sampled)
+        right = self._summed(self._weight, rest) + self._pull[:, None] * mean
+        rows[self._covered] = self._solved(right, mean)
+        return transport
+
+    def _summed(self, weight: Float64, values: Float64) -> Float64:
+        """(U, C) sums over the samples about each unknown."""
+        summed: Float64 = np.add.reduceat(weight[:, None] * values[self._sample], self._starts, axis=0)
+        return summed
+
+    def _product(self, x: Float64) -> Float64:
+        """The equations' left side."""
+        shown = np.einsum("mk,mkc->mc", np.where(self._is_unknown, self._samples.shares, 0.0), x[self._unknown])
+        return self._summed(self._weight, shown) + self._pull[:, None] * x
+
+    def _solved(self, right: Float64, x: Float64) -> Float64:
+        """By Chebyshev's iteration (Saad 2003, "Iterative Methods for Sparse Linear Systems", algorithm 12.1)."""
+        low, high = _SPECTRUM
+        middle, half = (high + low) / 2.0, (high - low) / 2.0
+        scale = 1.0 / self._diagonal[:, None]
+        residual = scale * (right - self._product(x))
+        sigma = middle / half
+        rho, step = 1.0 / sigma, residual / middle
+        for _ in range(_STEPS):
+            x = x + step
+            residual = residual - scale * self._product(step)
+            before, rho = rho, 1.0 / (2.0 * sigma - rho)
+            step = rho * before * step + 2.0 * rho / half * residual
+        return x
