@@ -12,32 +12,28 @@ import numpy as np
 import pytest
 
 SEGMENTS = 10
-GAP = 0.1
-"""Between sheets. Where two touch, rounding decides whether a vertex in the crease sees the other sheet or the sky past
-it; where they nearly touch, it sees light through the slit that its triangles, far wider than the slit, do not."""
-
 BOUNCES = 3
 WHITE, RED = (0.8, 0.8, 0.8), (0.8, 0.1, 0.05)
 
 
-def sheet(stage, name, material, location, turn=(0.0, 0.0, 0.0)):
+def sheet(stage, name, material, location, turn=(0.0, 0.0, 0.0), unit=1.0):
     """A flat grid of 2 x 2, facing up before its turn: its vertices have one normal, so that transport is per vertex."""
-    ob = stage.object_of(name, stage.grid(SEGMENTS), material, location)
-    ob.rotation_euler = turn
+    ob = stage.object_of(name, stage.grid(SEGMENTS), material, [unit * x for x in location])
+    ob.rotation_euler, ob.scale = turn, (unit,) * 3
     return ob
 
 
-def alcove(stage, floor, wall, overhang):
-    """A floor, a wall along its edge and an overhang, under the sky of six colours.
+def alcove(stage, floor, wall, overhang, unit=1.0):
+    """A floor, a wall along its edge and an overhang on the wall, under the sky of six colours. They touch, and share no vertex.
 
     All show each other their fronts: light that falls on a back returns in Cycles, and does not in our bake.
     """
     world, _ = stage.environment(stage.picture("Six", stage.six_coloured_sky()))
     world.cycles.sampling_method = "NONE"  # so soft a sky is found by the cosine alone: ten times as fast
     return [
-        sheet(stage, "Floor", floor, (0.0, 0.0, 0.0)),
-        sheet(stage, "Wall", wall, (-1.0 - GAP, 0.0, 1.0 + GAP), (0.0, pi / 2, 0.0)),
-        sheet(stage, "Overhang", overhang, (0.0, 0.0, 2.0 + 2.0 * GAP), (pi, 0.0, 0.0)),
+        sheet(stage, "Floor", floor, (0.0, 0.0, 0.0), unit=unit),
+        sheet(stage, "Wall", wall, (-1.0, 0.0, 1.0), (0.0, pi / 2, 0.0), unit),
+        sheet(stage, "Overhang", overhang, (0.0, 0.0, 2.0), (pi, 0.0, 0.0), unit),
     ]
 
 
@@ -123,6 +119,22 @@ def test_red_wall_over_a_white_floor(blender, part, scene, stage):
     truth = assert_agrees(blender, part, objects)
     unbounced = our_light(blender, part, objects, mode="SHADOWED")
     assert rms(unbounced - truth, truth).min() > 0.05
+
+
+def test_the_unit_makes_no_difference(blender, part, scene, stage):
+    """Sheets of two millimetres and of two kilometres have the transport of those of two metres, creases too.
+
+    Not by way of Cycles, which is 3 % off itself at two millimetres.
+    """
+    white, red = stage.diffuse("White", WHITE), stage.diffuse("Red", RED)
+    found = []
+    for unit in (1.0, 1e-3, 1e3):
+        objects = alcove(stage, white, red, white, unit)
+        found.append(np.array(our_bake(blender, part, objects, mode="INTERREFLECTED", bounces=BOUNCES)))
+        for ob in objects:
+            blender.data.objects.remove(ob)
+    for other in found[1:]:
+        assert np.sqrt(((other - found[0]) ** 2).mean() / (found[0] ** 2).mean()) < 2e-3
 
 
 @pytest.mark.slow
