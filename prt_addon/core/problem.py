@@ -84,6 +84,8 @@ class ReceiverGroup:
         filled; without any, none is.
     faces: (F, 3) the receivers at the corners of each triangle, in whose open parts the values of covered corners are found;
         without any, these stay black.
+    horizons: (N, 3) unit normals of the faces themselves, where the shading normals are bent away from these: light from
+        below them is blocked, by single sheets too. Zero, or None, where it need not be looked at.
     """
 
     name: str
@@ -92,6 +94,7 @@ class ReceiverGroup:
     radius: float
     edges: npt.NDArray[np.int32] | None = None
     faces: npt.NDArray[np.integer[Any]] | None = None
+    horizons: Float64 | None = None
 
     def __len__(self) -> int:
         return len(self.points)
@@ -174,7 +177,7 @@ class Island:
         parts: list[npt.NDArray[Any] | None] = [occluders.vertices, occluders.triangles, occluders.corner_receiver]
         parts.append(occluders.one_sided)
         for group in self.groups:
-            parts += [group.points, group.normals, group.edges, group.faces]
+            parts += [group.points, group.normals, group.edges, group.faces, group.horizons]
         arrays: list[npt.NDArray[Any]] = [np.empty(0) if part is None else part for part in parts]
         return TraceKey(digest(names, *arrays).hex(), settings.mode, settings.samples, settings.seed, len(self))
 

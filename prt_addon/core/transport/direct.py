@@ -39,12 +39,14 @@ class Receivers:
     ids: (N,) int64, what the random turn depends on beside the seed: the index within the object, so that an
         object's bake does not depend on which others are baked with it.
     skips: (N,) float64, how far along itself each ray starts (`RayScene.skips`).
+    horizons: (N, 3) as those of a `ReceiverGroup`; None if there are none.
     """
 
     points: Float64
     normals: Float64
     ids: npt.NDArray[np.int64]
     skips: Float64
+    horizons: Float64 | None = None
 
     @classmethod
     def of(cls, groups: Sequence[ReceiverGroup], scene: RayScene) -> Receivers:
@@ -57,13 +59,21 @@ class Receivers:
             skips=np.concatenate(
                 [scene.skips(place, group.radius) for place, group in zip(places, groups, strict=True)]
             ),
+            horizons=_horizons(groups),
         )
 
     def __len__(self) -> int:
         return len(self.points)
 
     def __getitem__(self, part: slice | npt.NDArray[np.integer[Any]]) -> Receivers:
-        return Receivers(self.points[part], self.normals[part], self.ids[part], self.skips[part])
+        horizons = None if self.horizons is None else self.horizons[part]
+        return Receivers(self.points[part], self.normals[part], self.ids[part], self.skips[part], horizons)
+
+
+def _horizons(groups: Sequence[ReceiverGroup]) -> Float64 | None:
+    if all(group.horizons is None for group in groups):
+        return None
+    return np.concatenate([np.zeros((len(group), 3)) if group.horizons is None else group.horizons for group in groups])
 
 
 def unshadowed(normals: Float64, order: int = sh.ORDER, workers: Workers = ALL_CORES) -> Float32:
@@ -114,7 +124,10 @@ def shadowed(
 
     def work(part: slice) -> Work:
         rays = pattern.rays(receivers[part])
-        out[part] = pattern.project(scene.visible(rays.origins, rays.directions), rays.frames)
+        visible = scene.visible(rays.origins, rays.directions)
+        if rays.above is not None:
+            visible &= rays.above
+        out[part] = pattern.project(visible, rays.frames)
         return Work(rays=len(rays.origins))
 
     workers.run(len(receivers), pattern.chunk, work)
@@ -123,11 +136,15 @@ def shadowed(
 
 @dataclass(frozen=True)
 class Rays:
-    """The rays of n receivers, receiver-major: origins and directions (n * samples, 3), frames (n, 3, 3)."""
+    """The rays of n receivers, receiver-major: origins and directions (n * samples, 3), frames (n, 3, 3).
+
+    above: (n * samples,) which do not go down through the face that they start on; None if all of them.
+    """
 
     origins: Float32
     directions: Float32
     frames: Float64
+    above: npt.NDArray[np.bool_] | None = None
 
 
 class Pattern:
@@ -162,7 +179,11 @@ class Pattern:
             along *= skips
             along += points[:, k, None]
             origins[:, :, k] = along
-        return Rays(origins.reshape(-1, 3), directions.reshape(-1, 3), frames)
+        above = None
+        if receivers.horizons is not None:
+            horizons = receivers.horizons.astype(np.float32)[:, None]
+            above = ((directions * horizons).sum(axis=-1) >= 0.0).reshape(-1)
+        return Rays(origins.reshape(-1, 3), directions.reshape(-1, 3), frames, above)
 
     def project(self, visible: npt.NDArray[np.bool_], frames: Float64) -> Float64:
         """World-space coefficients (n, 9) from the visibility of the rays (n * samples,)."""

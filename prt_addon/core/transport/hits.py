@@ -136,11 +136,14 @@ def trace(
     def work(part: slice) -> Work:
         rays = pattern.rays(receivers[part])
         hits = scene.hits(rays.origins, rays.directions)
-        direct[part] = pattern.project(hits.triangle < 0, rays.frames)
-        keep = hits.front & (hits.triangle >= 0)
+        visible, keep = hits.triangle < 0, hits.front & (hits.triangle >= 0)
+        if rays.above is not None:
+            visible &= rays.above
+            keep &= rays.above
+        direct[part] = pattern.project(visible, rays.frames)
         keep &= returns.take(hits.triangle, mode="clip")
         starts[part.start + 1 : part.stop + 1] = np.count_nonzero(keep.reshape(-1, samples), axis=1)
-        chunks[part.start] = _packed(hits, np.flatnonzero(keep))
+        chunks[part.start] = _packed(hits, np.flatnonzero(keep), receivers.ids[part], samples)
         return Work(rays=len(rays.origins))
 
     workers.run(len(receivers), pattern.chunk, work)
@@ -148,24 +151,29 @@ def trace(
     return direct, KeptHits(samples, starts, _joined(chunks, starts, workers))
 
 
-def _packed(hits: Hits, which: npt.NDArray[np.intp]) -> Packed:
-    """Some of the hits in eight bytes each."""
+def _packed(hits: Hits, which: npt.NDArray[np.intp], ids: npt.NDArray[np.int64], samples: int) -> Packed:
+    """Some of the hits in eight bytes each; `ids` are those of the receivers, which cast so many samples each."""
     u = _fixed_point(hits.u.take(which))
     v = np.minimum(_fixed_point(hits.v.take(which)), ONE - u)
     packed = np.empty((len(which), 2), dtype="<u4")
     packed[:, 0] = u << 16 | v
     packed[:, 1] = hits.triangle.take(which)
     packed[:, 1] *= 3
-    packed[:, 1] += _drawn(u, v)
+    receiver, ray = np.divmod(which, samples)
+    packed[:, 1] += _drawn(u, v, ids.take(receiver), ray)
     return packed.reshape(-1).view(np.uint64)
 
 
-def _drawn(u: UInt32, v: UInt32) -> npt.NDArray[np.uint8]:
+def _drawn(u: UInt32, v: UInt32, ids: npt.NDArray[np.int64], ray: npt.NDArray[np.intp]) -> npt.NDArray[np.uint8]:
     """(H,) one corner of each triangle, 0..2, each with the probability of its barycentric.
 
-    The random number is made of the barycentrics themselves, and depends on nothing but where the ray hit.
+    The random number is made of the receiver and the ray: of where the ray hit, all rays that hit about the same place of a
+    large triangle would choose alike.
     """
-    number = ((u & STEADY_BITS) << 10 | (v & STEADY_BITS) >> 6) * np.uint32(0x9E3779B1) >> 16
+    number = ids.astype(np.uint32) * np.uint32(0x9E3779B1) + ray.astype(np.uint32) * np.uint32(0x85EBCA77)
+    number ^= number >> np.uint32(15)
+    number *= np.uint32(0x2C1B3C6D)
+    number >>= np.uint32(16)
     not_first, second = number < u + v, number < u
     return not_first.view(np.uint8) * np.uint8(2) - second.view(np.uint8)
 

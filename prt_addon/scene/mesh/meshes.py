@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Any, Literal
 
 import bpy
 import numpy as np
@@ -20,6 +20,9 @@ Int32 = npt.NDArray[np.int32]
 Domain = Literal["POINT", "CORNER"]
 
 _SAME_NORMAL = 1e-3  # largest difference of a component between shading normals that count as one
+_BENT = np.cos(
+    np.radians(10.0)
+)  # of the angle between a shading normal and its faces, above which light from below them counts
 
 
 @dataclass(frozen=True)
@@ -189,7 +192,8 @@ def read_receivers(name: str, mesh: bpy.types.Mesh, matrix: Float64) -> ObjectRe
         differ = np.abs(corner_normal - vertex_normal[corner_vertex]).max(initial=0.0) >= _SAME_NORMAL
     if not differ:
         inside = _with_pulled_boundary(mesh, matrix, points, vertex_normal, radius)
-        group = ReceiverGroup(name, inside, vertex_normal, radius, edges=edge_vertices(mesh))
+        horizons = _horizons(mesh, matrix, points, vertex_normal, corner_vertices(mesh))
+        group = ReceiverGroup(name, inside, vertex_normal, radius, edges=edge_vertices(mesh), horizons=horizons)
         return ObjectReceivers(group, "POINT", np.arange(len(points)))
 
     corner, element_receiver = _distinct(corner_vertex, corner_normal)
@@ -199,7 +203,45 @@ def read_receivers(name: str, mesh: bpy.types.Mesh, matrix: Float64) -> ObjectRe
         mesh, matrix, everywhere, points[corner_vertex], corner_normal, element_receiver, len(corner), radius
     )
     edges = element_receiver[_face_edges(mesh)].astype(np.int32)
-    return ObjectReceivers(ReceiverGroup(name, inside, normals, radius, edges=edges), "CORNER", element_receiver)
+    horizons = _horizons(mesh, matrix, points, normals, element_receiver)
+    group = ReceiverGroup(name, inside, normals, radius, edges=edges, horizons=horizons)
+    return ObjectReceivers(group, "CORNER", element_receiver)
+
+
+def _horizons(
+    mesh: bpy.types.Mesh,
+    matrix: Float64,
+    points: Float64,
+    normals: Float64,
+    corner_receiver: npt.NDArray[np.integer[Any]],
+) -> Float64 | None:
+    """The faces' own normals at receivers whose shading normals are bent away from them, zero elsewhere; None if nowhere.
+
+    Args:
+        matrix: (4, 4) that took its vertices to
+        points: (V, 3).
+        normals: (N, 3) of the receivers.
+        corner_receiver: (corners,) which receiver each face corner shows.
+    """
+    if not mesh.has_custom_normals:
+        return None
+    triangles = _triangle_corners(mesh)  # Blender's own normals of faces are bent, too
+    a, b, c = np.moveaxis(points[corner_vertices(mesh)[triangles]], 1, 0)
+    area = np.cross(b - a, c - a) * np.sign(np.linalg.det(matrix[:3, :3]))
+    by_faces = _unit(_mean_of_pairs(np.repeat(area, 3, axis=0), corner_receiver[triangles].ravel(), len(normals)))
+    bent = np.einsum("ij,ij->i", normals, by_faces) < _BENT
+    return np.where(bent[:, None], by_faces, 0.0) if bent.any() else None
+
+
+def _mean_of_pairs(values: Float64, pair: npt.NDArray[np.integer[Any]], count: int) -> Float64:
+    """(count, 3) means of what belongs to each pair."""
+    share = np.maximum(np.bincount(pair, minlength=count), 1)[:, None]  # loose vertices have no corner
+    return np.stack([np.bincount(pair, values[:, k], count) for k in range(3)], axis=-1) / share
+
+
+def _face_sizes(mesh: bpy.types.Mesh) -> Int32:
+    """(faces,) corners of each."""
+    return index_array(mesh.polygons, "loop_total")
 
 
 def _with_pulled_boundary(
@@ -294,15 +336,11 @@ def _pulled_into_faces(
         count: number of the pairs.
     """
     centre = _transformed(vector_array(mesh.polygons, "center"), matrix)
-    sizes = index_array(mesh.polygons, "loop_total")
+    sizes = _face_sizes(mesh)
     corner_face = np.repeat(np.arange(len(sizes)), sizes)[corners]  # faces are stored in the order of their corners
-    share = np.bincount(pair, minlength=count)[:, None]
-
-    def mean(values: Float64) -> Float64:
-        return np.stack([np.bincount(pair, values[:, k], count) for k in range(3)], axis=-1) / share
-
-    normal, point = _unit(mean(corner_normal)), mean(corner_point)
-    inward = mean(centre[corner_face]) - point
+    normal = _unit(_mean_of_pairs(corner_normal, pair, count))
+    point = _mean_of_pairs(corner_point, pair, count)
+    inward = _mean_of_pairs(centre[corner_face], pair, count) - point
     height = np.einsum("ij,ij->i", inward, normal)
     inward -= height[:, None] * normal
     reach = np.linalg.norm(inward, axis=1)

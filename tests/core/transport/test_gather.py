@@ -13,7 +13,7 @@ from prt_addon.core.transport.direct import Pattern
 from prt_addon.core.transport.gather import Gather
 from prt_addon.core.transport.raycast import RayScene
 from tests.core.baking import trace_all
-from tests.core.bouncing import SETTINGS, corner, gather_of, patterned, receivers_at, room
+from tests.core.bouncing import SETTINGS, corner, gather_of, panel, patterned, receivers_at, room, scene_of
 
 
 def test_no_bounce_creates_energy():
@@ -84,6 +84,26 @@ def test_choice_of_a_corner_is_lost_in_the_noise_of_the_rays(monkeypatch, count)
     exact, other = (np.concatenate(bounce(one, occluders, settings)) for one in traced)
     noise = np.std(exact - other) / np.sqrt(2)
     assert 0.0 < np.std(usual - exact) < 0.25 * noise
+
+
+def test_choice_of_a_corner_on_a_large_triangle(monkeypatch):
+    """A small board on a ground of two triangles a thousand times as large: its rays hit the same place, and choose apart."""
+    ground, board = (
+        panel((-50, -50, 0), (100, 0, 0), (0, 100, 0), 2),
+        panel((1, 2, 0.002), (0, 0.002, 0), (0, 0, 0.002), 9),
+    )
+    groups, occluders = scene_of([ground, board], [[0.8] * 3] * 2)
+    hits = trace_all(groups, occluders, replace(SETTINGS, samples=256)).hits
+    ramp = np.zeros((len(hits), 3, 9), dtype=np.float32)
+    ramp[:4] = np.linspace(0.9, 1.1, 4)[:, None, None]
+
+    def board_gets(limit):
+        monkeypatch.setattr(gather_module, "_FINE", limit)
+        return Gather(hits, occluders.albedo, occluders.corner_receiver)(ramp)[4:, 0, 0]
+
+    exact, chosen = board_gets(0.0), board_gets(np.inf)
+    spread = np.sqrt(np.var(np.linspace(0.9, 1.1, 4)) * 0.8 / 128)  # of about so many independent choices
+    assert exact.min() > 0.1 and np.sqrt(np.mean((chosen - exact) ** 2)) < 1.5 * spread
 
 
 @pytest.mark.parametrize("scenery, share", [(corner, 0.25), (room, 0.5)])

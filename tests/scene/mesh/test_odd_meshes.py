@@ -319,3 +319,16 @@ def test_sheets_that_touch_are_as_dark_as_welded_ones(blender, part, stage, scen
     here, there = (np.array([found[key] for key in welded]) for found in (apart, welded))
     error = np.sqrt(((here - there) ** 2).sum() / (there**2).sum())
     assert error < 0.02, f"{error:.3f}"
+
+
+@pytest.mark.parametrize("degrees", [30.0, 60.0])
+@pytest.mark.parametrize("even", [True, False])
+def test_bent_normals_of_a_sheet_see_no_sky_through_it(bake, blender, stage, degrees, even):
+    """A card whose normals lean: what it loses is the part of their hemisphere below it, (1 - cos) / 2 of a uniform sky."""
+    card = stage.object_of("Card", stage.grid(4, 1.0))
+    angle = np.radians(degrees)
+    leans = [1.0 if even or vertex.co.x < 0.1 else -1.0 for vertex in card.data.vertices]
+    card.data.normals_split_custom_set_from_vertices([(x * np.sin(angle), 0.0, np.cos(angle)) for x in leans])
+    blender.context.view_layer.update()
+    found = bake(card, samples=1024)[:, 0]
+    np.testing.assert_allclose(found, OPEN * (1.0 + np.cos(angle)) / 2.0, rtol=0.01)
