@@ -103,6 +103,25 @@ def test_error_is_found_where_it_was_put(blender, part, report, room):
     assert "in none of these parts" in document["all"]["advice"]["rest"]
 
 
+def test_covered_corners_are_blamed(blender, stage, report, sky):
+    """A road of one quad whose corners lie in its kerbs: the error sits there; cut at the kerbs it does not."""
+    road = stage.object_of("Road", stage.grid(1, 1.0), stage.diffuse())
+    road.scale = (10, 2, 1)
+    for y in (-2.0, 2.0):
+        kerb = stage.object_of(f"Kerb {y}", stage.cube(1.0), None, (0, y, 0.05))
+        kerb.scale = (20.5, 0.6, 0.5)
+    road.select_set(True)
+    blender.context.view_layer.update()
+    blender.ops.prt.bake(mode="SHADOWED", samples=256)
+    document = report()
+    assert document["all"]["seams"]["relative_rms"]["value"] == pytest.approx(value(document, "total"), rel=0.1)
+    assert "'Road': cut or subdivide these faces where the meshes meet" in document["all"]["advice"]["seams"]
+    road.scale.y = 1.6
+    blender.context.view_layer.update()
+    blender.ops.prt.bake(mode="SHADOWED", samples=256)
+    assert "seams" not in report()["all"]["advice"]
+
+
 @pytest.mark.parametrize("mode", ["UNSHADOWED", "SHADOWED", "INTERREFLECTED"])
 def test_flat_turned_and_mirrored_objects_in_their_own_axes(blender, stage, report, sky, mode):
     """Baked for itself, flat faces on corners, then moved: the light is turned into its axes."""

@@ -9,6 +9,7 @@ from math import ceil, hypot, log2, sqrt
 from .measures import Estimate, percent
 from .picture import PictureDifference
 from .sampling import Sampling
+from .seams import Seams
 from .tessellation import Tessellation
 from .truncation import Truncation
 
@@ -70,12 +71,22 @@ def about_tessellation(part: Tessellation, others: float) -> str:
         others: the largest of the other parts.
     """
     if not part.relative_rms.is_known:
-        return "No light reaches the surface."
+        return "Not measured: no light reaches the surface, or all corners lie inside other geometry."
     error = part.relative_rms.value
     if error <= max(ENOUGH, others / 2.0):
         return f"{percent(error)} between vertices: a finer mesh would not be seen."
     name, share = max(part.shares.items(), key=lambda item: item[1])
     return f"Subdivide '{name}': {percent(share)} of the error between vertices sits there."
+
+
+def about_seams(part: Seams, others: float) -> str | None:
+    """Where meshes sink into one another, if that matters beside the largest of the other parts."""
+    if not part.relative_rms.is_known or part.relative_rms.value <= max(ENOUGH, others / 2.0):
+        return None
+    return (
+        f"{percent(part.relative_rms.value)} sits where corners of faces lie inside other geometry, most of it on "
+        f"'{part.where}': cut or subdivide these faces where the meshes meet."
+    )
 
 
 def about_rest(whole: Estimate, parts: Sequence[Estimate], bounces: bool) -> str | None:

@@ -7,11 +7,12 @@ from collections.abc import Collection, Sequence
 from math import isfinite
 from typing import Any
 
-from .advice import about_pictures, about_rest, about_sampling, about_tessellation, about_truncation
+from .advice import about_pictures, about_rest, about_sampling, about_seams, about_tessellation, about_truncation
 from .findings import Findings
 from .measures import CONVERGED, Estimate
 from .picture import PictureDifference
 from .sampling import Sampling, sampling
+from .seams import seams
 from .tessellation import Tessellation, tessellation
 from .total import Total, total
 from .truncation import Truncation, truncation
@@ -50,7 +51,7 @@ def _about(one: Findings) -> Json:
 
 
 def _numbers(found: Sequence[Findings], parts: Collection[str]) -> Json:
-    numbers: Json = {"total": _total(total(found))}
+    numbers: Json = {"total": _total(total(found)), "seams": {"relative_rms": estimate(seams(found).relative_rms)}}
     if "SAMPLING" in parts:
         numbers["sampling"] = _sampling(sampling(found))
     if "TRUNCATION" in parts:
@@ -70,8 +71,13 @@ def _advice(found: Sequence[Findings], suns: float, parts: Collection[str]) -> J
     }
     told: Json = {part.lower(): line for part, line in lines.items() if part in parts}
     bounces = any(one.mode == "INTERREFLECTED" for one in found)
-    rest = about_rest(total(found).relative_rms, [part.relative_rms for part in (noise, loss, bend)], bounces)
-    return told | ({"rest": rest} if rest else {})
+    sunk = seams(found)
+    if at_seams := about_seams(sunk, max(errors)):
+        told["seams"] = at_seams
+    parts_of_it = [part.relative_rms for part in (noise, loss, bend, sunk)]
+    if rest := about_rest(total(found).relative_rms, parts_of_it, bounces):
+        told["rest"] = rest
+    return told
 
 
 def _total(part: Total) -> Json:

@@ -53,6 +53,7 @@ class Findings:
     at_points: (2, m, 3) what fresh bakes show at m of the points, m < n where the bake had many samples, and
     between: (2, m, 3) what they show there if they are made at the corners and interpolated.
     fresh: (m,) which points these are.
+    at_seam: (n,) which points lie on faces with a corner inside other geometry.
     inside: share of the surface that lies inside other geometry, and is left out.
     mode, samples: of the bake; no samples where it cast no rays.
     """
@@ -67,6 +68,7 @@ class Findings:
     at_points: Float64
     between: Float64
     fresh: npt.NDArray[np.int64]
+    at_seam: npt.NDArray[np.bool_]
     inside: float
     mode: str
     samples: int
@@ -81,9 +83,10 @@ def find(subject: Subject, light: Light, effort: Effort, workers: Workers = ALL_
     """Cast the rays: at each point those of two bakes like the stored one, and those of two path tracers."""
     surface = float(areas(subject.corners).sum())
     points = scatter(subject.corners, subject.corner_receiver, subject.group.normals, effort.points, effort.seed)
-    seen, clear = _outside(subject, points, effort, workers)
+    seen, clear, at_seam = _outside(subject, points, effort, workers)
     weights = np.full(int(seen.sum()), surface / max(len(seen), 1))
-    points, clear = _some(points, seen), _some(clear, seen)
+    points, clear, at_seam = _some(points, seen), _some(clear, seen), at_seam[seen]
+    with_corners = np.flatnonzero(clear.shares.any(axis=1))
 
     shown_light = light.shown(subject.axes)
     stored = subject.transport[points.corners].astype(np.float64)
@@ -96,7 +99,8 @@ def find(subject: Subject, light: Light, effort: Effort, workers: Workers = ALL_
     sunless = None
     if light.suns.matter:
         sunless = _clamped_twice(_truncated(transport, projected[1], sh.ORDER)) - radiance[:, :, 1]
-    fresh = _thinned(len(points), 2 * (1 + 3) * subject.settings.samples if subject.casts_rays else 1)
+    rays = 2 * (1 + 3) * subject.settings.samples if subject.casts_rays else 1
+    fresh = with_corners[_thinned(len(with_corners), rays)]
     at_points, between = _fresh(subject, _some(clear, fresh), shown_light, effort, workers)
     return Findings(
         subject.group.name,
@@ -109,6 +113,7 @@ def find(subject: Subject, light: Light, effort: Effort, workers: Workers = ALL_
         at_points,
         between,
         fresh,
+        at_seam,
         float(1.0 - seen.mean()) if len(seen) else 0.0,
         subject.settings.mode,
         subject.settings.samples if subject.casts_rays else 0,
@@ -177,13 +182,13 @@ def _fresh(
 
 def _outside(
     subject: Subject, points: SurfacePoints, effort: Effort, workers: Workers
-) -> tuple[npt.NDArray[np.bool_], SurfacePoints]:
-    """Which points can be seen at all, and all points with no share in corners that cannot.
+) -> tuple[npt.NDArray[np.bool_], SurfacePoints, npt.NDArray[np.bool_]]:
+    """Which points can be seen at all; all points with no share in corners that cannot; and which have such corners.
 
-    A bake fills receivers inside other geometry from their neighbours, because nobody sees them: an error there is none.
+    What lies inside other geometry is seen by nobody: an error there is none.
     """
     if not subject.casts_rays or not len(points):
-        return np.ones(len(points), dtype=np.bool_), points
+        return np.ones(len(points), dtype=np.bool_), points, np.zeros(len(points), dtype=np.bool_)
     around = subject.scenery.around
     receivers = subject.receivers_at(points.positions, points.normals, np.arange(len(points)))
     seen = around.backs(receivers, effort.seed, workers) <= INSIDE
@@ -192,7 +197,7 @@ def _outside(
     clear = (around.backs(receivers, effort.seed, workers) <= INSIDE)[place.reshape(points.corners.shape)]
     shares = np.where(clear, points.shares, 0.0)
     whole = shares.sum(axis=1, keepdims=True)
-    return seen & (whole[:, 0] > 0.0), replace(points, shares=shares / np.where(whole > 0.0, whole, 1.0))
+    return seen, replace(points, shares=shares / np.where(whole > 0.0, whole, 1.0)), ~clear.all(axis=1)
 
 
 def _some(points: SurfacePoints, index: npt.NDArray[np.int64] | npt.NDArray[np.bool_]) -> SurfacePoints:
