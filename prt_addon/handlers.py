@@ -45,6 +45,9 @@ _PAUSE = 0.2
 def _on_edit(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     """What was edited: base colours that are plain numbers are taken over, and skies looked at."""
     changed = {update.id.original for update in depsgraph.updates}
+    session.shapes_changed |= any(
+        update.is_updated_geometry or update.is_updated_transform for update in depsgraph.updates
+    )
     if any(isinstance(ident, (bpy.types.World, bpy.types.Image, bpy.types.NodeTree)) for ident in changed):
         glances.forget()
     if session.projecting:
@@ -64,6 +67,7 @@ def _on_edit(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
 def _on_frame(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     """The same for what is keyframed: changing the frame reports no single updates."""
     glances.forget()
+    session.shapes_changed = True
     if session.projecting:
         return
     for material in bpy.data.materials:

@@ -29,6 +29,7 @@ class Session:
     sky_energies: of the skies that were looked at, by the digest of the light made from them.
     icons: the small picture of the light; `icon_shows` is the digest of the light in it.
     sky_icons: small pictures of the skies that Blender ships.
+    shapes_changed: whether an object was moved or its mesh edited since a scene was read for a bake.
     projecting: whether a world is being projected, so that what that changes is no edit.
     """
 
@@ -43,6 +44,7 @@ class Session:
     icons: bpy.utils.previews.ImagePreviewCollection | None = None
     icon_shows: bytes = b""
     sky_icons: bpy.utils.previews.ImagePreviewCollection | None = None
+    shapes_changed: bool = False
     projecting: bool = False
 
     def forget_file(self) -> None:

@@ -225,6 +225,29 @@ def test_the_window_shows_another_scene_when_a_bake_ends(blender, part, scene, s
     assert len(part("carrier").transport_mesh(ball).vertices) == len(results.transport[0])
 
 
+def test_what_moved_while_a_bake_ran_is_not_called_fresh(blender, part, scene, ball):
+    """A vertex, or an object beside it: the result is of what was read, and a check says so."""
+    settings = part("problem").BakeSettings(mode="SHADOWED", samples=16)
+
+    def bake(change):
+        whole = part("whole_bake").WholeBake(blender.context, settings)
+        result = part("bake").bake(whole.plan.problem)
+        change()
+        blender.context.view_layer.update()
+        whole.write(blender.context, result)
+        return part("freshness").glance(blender.context, ball, settings).state
+
+    assert bake(lambda: None) == "FRESH"
+
+    def pull_a_vertex():
+        ball.data.vertices[0].co.z += 0.3
+        ball.data.update()
+
+    assert bake(pull_a_vertex) == "UNCHECKED"
+    blender.ops.prt.check()
+    assert part("freshness").glance(blender.context, ball, settings).state == "STALE"
+
+
 def test_loading_another_file(blender, part, scene, ball, tmp_path):
     """After a bake, and back again: what was baked is there, and what the session knew of it does no harm."""
     path = str(tmp_path / "baked.blend")

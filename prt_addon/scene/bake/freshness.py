@@ -96,12 +96,14 @@ def freshness(
         return [glance(context, ob, settings) for ob in objects]
 
 
-def note_baked(objects: Iterable[bpy.types.Object]) -> None:
-    """Objects were baked just now: what a check would find is known without looking."""
+def note_baked(objects: Iterable[bpy.types.Object], as_read: bool = True) -> None:
+    """Objects were baked just now: what a check would find is known without looking, if they are as they were read."""
     for ob in objects:
         record = _checkable(ob)
-        if record:
+        if record and as_read:
             session.checked[ob.session_uid] = record, frozenset()
+        else:
+            session.checked.pop(ob.session_uid, None)
 
 
 def glance(context: bpy.types.Context, ob: bpy.types.Object, settings: BakeSettings | None = None) -> Freshness:

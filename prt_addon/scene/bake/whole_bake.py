@@ -17,6 +17,7 @@ from ...core.errors import MeshError, PRTError
 from ...core.notices import Kind, Notice
 from ...core.problem import BakeSettings
 from ...core.transport import raycast
+from ...session import session
 from ..blender.modes import Place, found_again, object_mode
 from ..light import light
 from ..mesh import carrier, layers
@@ -75,6 +76,8 @@ class WholeBake:
         self.settings = settings
         self._with_shading = with_shading
         self._place = Place.of(context)
+        context.view_layer.update()  # what reading has left to evaluate is no edit
+        session.shapes_changed = False
 
     def _project(self, context: bpy.types.Context, windowing: Windowing) -> None:
         """Project the world. What keeps it from that keeps nothing else from being baked."""
@@ -121,6 +124,7 @@ class WholeBake:
 
     def _write(self, context: bpy.types.Context, result: BakeResult) -> tuple[list[Notice], list[str]]:
         objects = [found_again(bpy.data.objects, "Object", one.name) for one in self.plan.objects]
+        as_read = not session.shapes_changed
         here = sky.read_sky(context.scene) if self._light else None  # refuses before writing, as all that follows
         if here and self._light:
             light.check_world(here.holder)
@@ -136,7 +140,7 @@ class WholeBake:
                 undo.pop_all()
             carrier.sweep()
             context.view_layer.update()
-        freshness.note_baked(objects)
+        freshness.note_baked(objects, as_read)
         notes = list(self._notes)
         if here and self._light:
             light.write_light(here, self._light)
