@@ -9,7 +9,7 @@ import numpy as np
 
 from ...core.notices import Kind, Notice
 from ..mesh.meshes import Surface
-from .read import BakePlan, ObjectToBake
+from .plan import BakePlan, ObjectToBake
 
 _COARSE = Kind(
     "{name} has faces larger than what shades it: light is kept per vertex, so that shadows on it are lost. Subdivide it.",

@@ -8,7 +8,7 @@ it renders, everything becomes arrays; after that, the colours that are still mi
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
@@ -17,13 +17,11 @@ import numpy as np
 import numpy.typing as npt
 
 from ...core.errors import MeshError
-from ...core.files import digest
 from ...core.layout import Space
 from ...core.notices import Kind, Notice
-from ...core.problem import BakeProblem, BakeSettings, Island, Occluders
-from ...core.surface import Albedo
+from ...core.problem import BakeProblem, BakeSettings
 from ..blender.rendered import as_rendered
-from ..material.albedo import AlbedoDraft, AlbedoReader, SurfaceAlbedo
+from ..material.albedo import AlbedoDraft, AlbedoReader
 from ..mesh.carrier import Geometry, is_shared, transport_mesh
 from ..mesh.layers import is_baked, space_of
 from ..mesh.meshes import ObjectReceivers, Surface, own_axes, read_receivers, read_surface, same_topology
@@ -31,6 +29,8 @@ from ..mesh.record import Evidence, Identity, IdentitySum, identity, surface_ide
 from ..mesh.strands import strands
 from . import choose
 from .blocking import blocking_faces, blocks_light
+from .islands import Read, around, fingerprint, group_numbers, island
+from .plan import BakePlan, ObjectToBake
 
 SHADOWED = BakeSettings("SHADOWED")
 _RIGHT_ANGLE = 1e-3  # largest cosine between the axes of an object that counts as unsheared
@@ -61,62 +61,6 @@ _SHEARED = Kind(
 
 
 @dataclass(frozen=True)
-class ObjectToBake:
-    """One object of a plan: no bpy data.
-
-    name: its full name.
-    surface: its own, as it renders, in the axes that it is baked in.
-    receivers: where its transport is computed and stored.
-    space: what it is baked for, SCENE or OBJECT.
-    evidence: what its bake depends on.
-    group: number of its receivers in the problem.
-    elements: vertices and face corners of its own mesh.
-    carried: what a carrier is to look like; None if the object's own mesh can hold the transport.
-    """
-
-    name: str
-    surface: Surface
-    receivers: ObjectReceivers
-    space: Space
-    evidence: Evidence
-    group: int
-    elements: tuple[int, int]
-    carried: Geometry | None
-
-
-@dataclass(frozen=True)
-class BakePlan:
-    """A bake of some objects of a scene.
-
-    objects: in the order that was asked for.
-    problem: for the engine. Its first island is the scene; each object that may move has one of its own.
-    notices: what the person should know.
-    radii: of all that stays in its place, with the name of the object, or none.
-    """
-
-    objects: list[ObjectToBake]
-    problem: BakeProblem
-    notices: list[Notice]
-    radii: list[tuple[str, float]]
-
-    @property
-    def scene(self) -> Island:
-        """All that stays in its place."""
-        return self.problem.islands[0]
-
-
-@dataclass(frozen=True)
-class _Read:
-    """One object or instance: its surface, and what light that bounces needs of it."""
-
-    surface: Surface
-    identity: Identity
-    blocks: bool
-    receivers: ObjectReceivers | None
-    albedo: SurfaceAlbedo | None
-
-
-@dataclass(frozen=True)
 class _Draft:
     """The same while the scene is shown as it renders: the albedo may still wait for Cycles.
 
@@ -133,11 +77,11 @@ class _Draft:
     def is_finite(self) -> bool:
         return bool(np.isfinite(self.surface.vertices).all())
 
-    def complete(self) -> _Read:
+    def complete(self) -> Read:
         """To be called when nothing renders any more."""
         albedo = self.albedo.complete() if self.albedo else None
         known = replace(self.identity, colours=albedo.identity) if albedo else self.identity
-        return _Read(self.surface, known, self.blocks, self.receivers, albedo)
+        return Read(self.surface, known, self.blocks, self.receivers, albedo)
 
 
 @dataclass
@@ -212,7 +156,7 @@ def read_bake(
     notices += choose.instances(found.instances) + choose.strands(context) + choose.no_meshes(context)
     staying = {ob: read for ob, read in chosen.items() if spaces[ob] == "SCENE"}
     everything = IdentitySum.of(read.identity for read in (*staying.values(), *others) if read.blocks)
-    groups = _numbers([ob in staying for ob in chosen], sum(read.receivers is not None for read in others))
+    groups = group_numbers([ob in staying for ob in chosen], sum(read.receivers is not None for read in others))
     return BakePlan(
         objects=[
             ObjectToBake(
@@ -220,9 +164,7 @@ def read_bake(
                 read.surface,
                 read.receivers,
                 spaces[ob],
-                Evidence(
-                    read.identity, baked[ob].matrix, _around(everything, read) if ob in staying else IdentitySum()
-                ),
+                Evidence(read.identity, baked[ob].matrix, around(everything, read) if ob in staying else IdentitySum()),
                 number,
                 (len(ob.data.vertices), len(ob.data.loops)),
                 baked[ob].carried,
@@ -232,11 +174,11 @@ def read_bake(
         ],
         problem=BakeProblem(
             islands=[
-                _island([*staying.values(), *others], bounces),
-                *(_island([read], bounces) for ob, read in chosen.items() if ob not in staying),
+                island([*staying.values(), *others], bounces),
+                *(island([read], bounces) for ob, read in chosen.items() if ob not in staying),
             ],
             settings=settings,
-            fingerprint=_fingerprint(
+            fingerprint=fingerprint(
                 [*((spaces[ob], read) for ob, read in chosen.items()), *(("SCENE", read) for read in others)],
                 everything,
             ),
@@ -423,84 +365,6 @@ def _left_out(wanted: Sequence[bpy.types.Object], found: _Found) -> list[Notice]
     return notices
 
 
-def _radius(read: _Read) -> float:
+def _radius(read: Read) -> float:
     """Half of the diagonal of its box."""
     return float(np.linalg.norm(np.ptp(read.surface.vertices, axis=0))) / 2.0 if len(read.surface.vertices) else 0.0
-
-
-def _around(everything: IdentitySum, read: _Read) -> IdentitySum:
-    """All that blocks light beside one that was read."""
-    return everything.without(read.identity) if read.blocks else everything
-
-
-def _numbers(stay: Sequence[bool], others: int) -> list[int]:
-    """The number of each object's group: those that stay come first, then what stands around them, then each of the rest."""
-    counts = {True: iter(range(len(stay))), False: iter(range(sum(stay) + others, len(stay) + others))}
-    return [next(counts[one]) for one in stay]
-
-
-def _island(read: Sequence[_Read], bounces: bool) -> Island:
-    """Of objects that shade each other."""
-    return Island([one.receivers.group for one in read if one.receivers], _joined(read, bounces))
-
-
-def _fingerprint(receiving: Iterable[tuple[str, _Read]], everything: IdentitySum) -> str:
-    """Of those that receive light and what they are baked for, and of all that blocks it. Colours play no part."""
-    parts = [f"{everything.occluders:x}".encode()]
-    for space, read in receiving:
-        if read.receivers:
-            own = read.identity
-            parts += [space.encode(), own.shape, own.normals, own.placement]
-    return digest(*parts).hex()
-
-
-def _joined(read: Sequence[_Read], bounces: bool) -> Occluders:
-    """All surfaces as one; with bounces, also the receivers at their corners and their albedo.
-
-    Receivers are counted as they are given, but surfaces are laid out by what they are: sums over what rays hit then
-    run in the same order, and have the same bits, whichever objects were selected.
-    """
-    first_receiver = _starts(len(one.receivers.group) if one.receivers else 0 for one in read)
-    order = sorted((i for i, one in enumerate(read) if one.blocks), key=lambda i: read[i].identity.numbers)
-    laid_out = [read[i] for i in order]
-    if not laid_out:
-        return Occluders(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int32))
-    surfaces = [one.surface for one in laid_out]
-    vertices = np.concatenate([surface.vertices for surface in surfaces])
-    first_vertex = _starts(len(surface.vertices) for surface in surfaces)
-    triangles = np.concatenate(
-        [surface.triangles + start for surface, start in zip(surfaces, first_vertex, strict=True)], dtype=np.int32
-    )
-    one_sided = np.concatenate([surface.one_sided for surface in surfaces])
-    if not bounces:
-        return Occluders(vertices, triangles, one_sided=one_sided)
-    corner_receiver = np.concatenate(
-        [_receivers_at_corners(one, int(first_receiver[i])) for i, one in zip(order, laid_out, strict=True)]
-    )
-    return Occluders(vertices, triangles, corner_receiver, _joined_albedo(laid_out), one_sided)
-
-
-def _receivers_at_corners(one: _Read, first: int) -> npt.NDArray[np.int64]:
-    """(T, 3) counted from the first of its own; -1 where nothing was read that could bounce light, as at hair."""
-    if one.receivers is None:
-        return np.full(one.surface.triangles.shape, -1, dtype=np.int64)
-    return one.receivers.at_corners(one.surface) + first
-
-
-def _joined_albedo(read: Sequence[_Read]) -> Albedo:
-    first_triangle = _starts(len(one.surface.triangles) for one in read)
-    constants = [
-        one.albedo.constant if one.albedo else np.zeros(one.surface.triangles.shape, dtype=np.float32) for one in read
-    ]
-    patterns = tuple(
-        replace(pattern, triangles=pattern.triangles + start)
-        for one, start in zip(read, first_triangle, strict=True)
-        for pattern in (one.albedo.patterns if one.albedo else ())
-    )
-    return Albedo(np.concatenate(constants), patterns)
-
-
-def _starts(sizes: Iterable[int]) -> npt.NDArray[np.int64]:
-    """Where each of some runs begins when they are laid end to end."""
-    ends = np.cumsum(list(sizes))
-    return np.concatenate([[0], ends[:-1]])

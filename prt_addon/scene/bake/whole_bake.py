@@ -27,7 +27,8 @@ from ..sky.identity import identity
 from ..sky.projection import Projection, Windowing, project
 from . import choose, freshness
 from .coarse import coarse_objects
-from .read import ObjectToBake, read_bake
+from .plan import ObjectToBake
+from .read import read_bake
 
 _NO_LIGHT = Kind(
     "{why} Until then nothing projected lights the bake: a white sky stands in where the world has no light yet.",

@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Objects that were read, put together: those that shade each other as one island of a bake's problem."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from ...core.files import digest
+from ...core.problem import Island, Occluders
+from ...core.surface import Albedo
+from ..material.albedo import SurfaceAlbedo
+from ..mesh.meshes import ObjectReceivers, Surface
+from ..mesh.record import Identity, IdentitySum
+
+
+@dataclass(frozen=True)
+class Read:
+    """One object or instance: its surface, and what light that bounces needs of it."""
+
+    surface: Surface
+    identity: Identity
+    blocks: bool
+    receivers: ObjectReceivers | None
+    albedo: SurfaceAlbedo | None
+
+
+def around(everything: IdentitySum, read: Read) -> IdentitySum:
+    """All that blocks light beside one that was read."""
+    return everything.without(read.identity) if read.blocks else everything
+
+
+def group_numbers(stay: Sequence[bool], others: int) -> list[int]:
+    """The number of each object's group: those that stay come first, then what stands around them, then each of the rest."""
+    counts = {True: iter(range(len(stay))), False: iter(range(sum(stay) + others, len(stay) + others))}
+    return [next(counts[one]) for one in stay]
+
+
+def island(read: Sequence[Read], bounces: bool) -> Island:
+    """Of objects that shade each other."""
+    return Island([one.receivers.group for one in read if one.receivers], _joined(read, bounces))
+
+
+def fingerprint(receiving: Iterable[tuple[str, Read]], everything: IdentitySum) -> str:
+    """Of those that receive light and what they are baked for, and of all that blocks it. Colours play no part."""
+    parts = [f"{everything.occluders:x}".encode()]
+    for space, read in receiving:
+        if read.receivers:
+            own = read.identity
+            parts += [space.encode(), own.shape, own.normals, own.placement]
+    return digest(*parts).hex()
+
+
+def _joined(read: Sequence[Read], bounces: bool) -> Occluders:
+    """All surfaces as one; with bounces, also the receivers at their corners and their albedo.
+
+    Receivers are counted as they are given, but surfaces are laid out by what they are: sums over what rays hit then
+    run in the same order, and have the same bits, whichever objects were selected.
+    """
+    first_receiver = _starts(len(one.receivers.group) if one.receivers else 0 for one in read)
+    order = sorted((i for i, one in enumerate(read) if one.blocks), key=lambda i: read[i].identity.numbers)
+    laid_out = [read[i] for i in order]
+    if not laid_out:
+        return Occluders(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int32))
+    surfaces = [one.surface for one in laid_out]
+    vertices = np.concatenate([surface.vertices for surface in surfaces])
+    first_vertex = _starts(len(surface.vertices) for surface in surfaces)
+    triangles = np.concatenate(
+        [surface.triangles + start for surface, start in zip(surfaces, first_vertex, strict=True)], dtype=np.int32
+    )
+    one_sided = np.concatenate([surface.one_sided for surface in surfaces])
+    if not bounces:
+        return Occluders(vertices, triangles, one_sided=one_sided)
+    corner_receiver = np.concatenate(
+        [_receivers_at_corners(one, int(first_receiver[i])) for i, one in zip(order, laid_out, strict=True)]
+    )
+    return Occluders(vertices, triangles, corner_receiver, _joined_albedo(laid_out), one_sided)
+
+
+def _receivers_at_corners(one: Read, first: int) -> npt.NDArray[np.int64]:
+    """(T, 3) counted from the first of its own; -1 where nothing was read that could bounce light, as at hair."""
+    if one.receivers is None:
+        return np.full(one.surface.triangles.shape, -1, dtype=np.int64)
+    return one.receivers.at_corners(one.surface) + first
+
+
+def _joined_albedo(read: Sequence[Read]) -> Albedo:
+    first_triangle = _starts(len(one.surface.triangles) for one in read)
+    constants = [
+        one.albedo.constant if one.albedo else np.zeros(one.surface.triangles.shape, dtype=np.float32) for one in read
+    ]
+    patterns = tuple(
+        replace(pattern, triangles=pattern.triangles + start)
+        for one, start in zip(read, first_triangle, strict=True)
+        for pattern in (one.albedo.patterns if one.albedo else ())
+    )
+    return Albedo(np.concatenate(constants), patterns)
+
+
+def _starts(sizes: Iterable[int]) -> npt.NDArray[np.int64]:
+    """Where each of some runs begins when they are laid end to end."""
+    ends = np.cumsum(list(sizes))
+    return np.concatenate([[0], ends[:-1]])
