@@ -17,8 +17,8 @@ from bpy.app.handlers import persistent
 
 from . import glances
 from .core.errors import PRTError
+from .scene.light.drivers import drivers_work
 from .scene.light.light import (
-    drivers_work,
     has_light,
     is_keyframed,
     is_projected,

@@ -11,11 +11,11 @@ import bpy
 from ...core.errors import PRTError
 from ..sky.identity import identity
 from ..sky.sky import Sky, read_world
+from .drivers import drivers_work
 from .light import (
     FRAMES,
     RECORD,
     REPAINTED,
-    drivers_work,
     has_light,
     is_keyframed,
     is_projected,

@@ -15,7 +15,8 @@ from ...core.layout import BAKED_BELOW, LAYERS, OWN_AXES_BELOW
 from ..blender.libraries import is_own
 from ..blender.nodes import Graph
 from ..blender.versions import refuse_newer, version_of
-from ..light.light import LIGHT, STRENGTH, TURN
+from ..light.drivers import STRENGTH, TURN
+from ..light.light import LIGHT
 
 GROUP = "PRT Relight"
 GROUP_VERSION = 3
