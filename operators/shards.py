@@ -26,7 +26,7 @@ from .job import JobOperator
 
 
 class ShardOperator(FolderBrowser, JobOperator):
-    """Mixin of operators that work on the folder where the shards of one bake lie: a menu entry asks for it first."""
+    """Mixin of operators that work on the folder where the shards of one bake lie: a menu entry opens the file browser first."""
 
     directory: folder_property("Folder of the shards of this bake, which all machines see")  # type: ignore[valid-type]
 

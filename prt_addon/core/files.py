@@ -93,7 +93,7 @@ def write_arrays(path: Path, arrays: Mapping[str, npt.NDArray[Any]]) -> None:
 
 
 def _beside(path: Path) -> Path:
-    """A name that tells whose the temporary file is."""
+    """A name that says whose the temporary file is."""
     return path.with_name(f".{path.name}~{socket.gethostname()}~{os.getpid()}{_TEMPORARY}")
 
 

@@ -107,7 +107,7 @@ class Occluders:
     vertices: (V, 3) float64.
     triangles: (T, 3), front = counter-clockwise.
     corner_receiver: (T, 3) int64, which receiver, counted through all groups of the island, stands at each corner of a triangle;
-        -1 returns no light. All black if None. Only interreflection asks for it.
+        -1 returns no light. All black if None. Only interreflection needs it.
     albedo: of the triangles; white if None.
     one_sided: (T,) whether light passes through the back of a triangle; through none if None.
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The engine's side of the conversation: reads a job, carries it out, answers; ends when Blender has, or asks for nothing.
+"""The engine's side of the conversation: reads a job, carries it out, answers; ends when Blender has, or has sent nothing for a while.
 
 Blender sends `Job`s, one at a time, and while one is carried out `Continue` and `Cancel`. The engine answers `READY` once, then to
 each job `Progress` now and then and last `Result` or `Failure`. A `Progress` is sent once the one before was answered by
@@ -81,7 +81,7 @@ class Failure:
 
 
 def serve(handle: int, patience: float) -> None:
-    """Serve the Blender at the other end of the connection until it hangs up, or asks nothing for some seconds."""
+    """Serve the Blender at the other end of the connection until it hangs up, or sends nothing for some seconds."""
     channel = Channel(_connection(handle))
     kept = KeptTraces()
     try:

@@ -66,7 +66,7 @@ def measure(
 
 
 class _Uncounted(Monitor):
-    """Stops work as another monitor does, and counts nothing: nobody knows how many rays a report will take."""
+    """Stops work as another monitor does, and counts nothing: how many rays a report takes is not known beforehand."""
 
     def __init__(self, monitor: Monitor) -> None:
         self._monitor = monitor

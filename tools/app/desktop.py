@@ -2,7 +2,7 @@
 """A person at a screen: Blender's window under Xvfb, seen, clicked and typed at.
 
 Nothing here knows where a button is. `find("Bake PRT")` reads the screen by OCR, as eyes would, so a layout may change
-without a change here; what a click came to is read from the state that watch.py tells from inside Blender.
+without a change here; what a click came to is read from the state that watch.py writes from inside Blender.
 """
 
 from __future__ import annotations
@@ -104,7 +104,7 @@ class Window:
 
     @property
     def state(self) -> dict:
-        """What watch.py tells; at most half a second old."""
+        """What watch.py has written; at most half a second old."""
         return json.loads(self._told.read_text())
 
     def wait(self, condition: Callable[[dict], bool], what: str) -> dict:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Runs inside Blender's window and tells, a few times a second, what the acceptance suite asks about. Touches nothing.
+"""Runs inside Blender's window and writes, a few times a second, what the acceptance suite looks at. Touches nothing.
 
 blender FILE --python watch.py -- STATE.json
 """

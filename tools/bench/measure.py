@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Time, fairly: things that are compared run by turns, and their ratio is the median of the turns'.
 
-Both clocks are told. On a machine with other work the ratio of processor seconds is the steadier one; what a thread waits
+Both clocks are given. On a machine with other work the ratio of processor seconds is the steadier one; what a thread waits
 for shows on the wall clock alone.
 """
 

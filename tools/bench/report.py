@@ -18,7 +18,7 @@ _MIB = 1 << 20
 _HEAD = """# Benchmark
 
 Made by `{command}` on {cores} cores, with Python {python} and NumPy {numpy}: everything in one run, what is compared by turns,
-medians of the turns' ratios. Ratios of time are told as wall clock / processor seconds; on a machine with other work the
+medians of the turns' ratios. Ratios of time are given as wall clock / processor seconds; on a machine with other work the
 latter is the steadier. "Its rays alone" are the same rays, made beforehand, handed to `EmbreeScene.run` in the same chunks
 on as many threads. Larger scenes leave the processor's cache: time grows with the receivers as that of the rays alone does.
 

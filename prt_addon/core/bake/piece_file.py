@@ -32,7 +32,7 @@ _BROKEN = (
     KeyError,
     EOFError,
     RecursionError,  # JSON within JSON
-    NotImplementedError,  # compressed in a way that nobody knows
+    NotImplementedError,  # compressed in an unknown way
     RuntimeError,  # encrypted
     zipfile.BadZipFile,
     zlib.error,

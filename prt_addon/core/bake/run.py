@@ -10,7 +10,7 @@ from .cache import KeptTraces
 from .shards import PieceFolder
 
 MEMORY = 2 << 30
-"""Bytes of hits that stay in memory, unless a bake is told otherwise."""
+"""Bytes of hits that stay in memory, unless a bake sets another number."""
 
 
 @dataclass(frozen=True)

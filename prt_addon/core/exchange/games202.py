@@ -122,7 +122,7 @@ def read_transport(path: Path, corner_count: int) -> tuple[Array, Flavour]:
     """Read `transport.txt`, in either of the scales that are in circulation.
 
     Nothing a white receiver sends out exceeds what an open one does, 0.2821, under any number of bounces; without the
-    1/pi the mesh's most open corners lie near 0.8862. The largest first number tells the two apart, at 0.5, for any
+    1/pi the mesh's most open corners lie near 0.8862. The largest first number distinguishes the two, at 0.5, for any
     mesh of which some corner sees more than 56 % of the sky.
 
     Args:

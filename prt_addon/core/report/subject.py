@@ -26,7 +26,7 @@ Float64 = npt.NDArray[np.float64]
 Int64 = npt.NDArray[np.int64]
 
 ORDERS = (1, 2, 3, 4, 5, 6)
-"""That a report tells the truncation of."""
+"""Whose truncation a report measures."""
 
 _PATIENCE = 16  # bounces traced where a bake went on until its tolerance: less than 3 % of an albedo of 0.8 is left
 

@@ -32,7 +32,7 @@ class Skylight:
     def __init__(self, pictures: Float32, turn: npt.ArrayLike) -> None:
         """
         Args:
-            pictures: (P, H, W, 3) linear radiance, row 0 at the bottom; the first one tells where to look.
+            pictures: (P, H, W, 3) linear radiance, row 0 at the bottom; the first one decides where to look.
             turn: (3, 3) R: along w, the sky shows what the pictures hold along R w.
 
         Raises:

@@ -9,7 +9,7 @@ neighbours would brighten.
 
 What is in the open is found by a few probing rays. A sample that sees the sky, or no back of a face, is. Another one is, and a
 dark corner is not covered, if the way to the nearest such sample leads out of nothing: along it as many faces are entered as are
-left. This tells a corner in a kerb from one in the shadow of a roof, and from a dark room with a window.
+left. This distinguishes a corner in a kerb from one in the shadow of a roof, and from a dark room with a window.
 """
 
 from __future__ import annotations

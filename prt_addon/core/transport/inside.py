@@ -8,7 +8,7 @@ draws that black above it. A receiver counts as buried if all of this holds:
 2. More than half of its rays end on the back of a face. In a solid nearly all do (what else is buried there shows its
    front); in a room whose faces point inwards, which is rightly black, none does.
 3. The way out leads through a surface: of the mesh edges between its region of such receivers and the rest, three
-   quarters pass through the back of a face. This tells a solid, also one that is open below, from the shadow of a
+   quarters pass through the back of a face. This distinguishes a solid, also one that is open below, from the shadow of a
    roof of single faces, from a thicket of sheets, and from a room that was built with its faces outwards and has a
    window: there, edges lead from dark to light and nothing lies between. What has no way out at all, an object deep
    inside another, has nothing to be filled from, and stays as it is.

@@ -141,7 +141,7 @@ def _record(ob: bpy.types.Object) -> BakeRecord | None:
         return None
     mesh = transport_mesh(ob)
     record = read_record(mesh)
-    if record and record.version > FORMAT_VERSION:  # whose layers nobody knows
+    if record and record.version > FORMAT_VERSION:  # whose layers may be others
         return record
     return (record or BakeRecord(BakeSettings(), "SCENE")) if is_baked(mesh) else None
 

@@ -322,7 +322,7 @@ def _read_mesh(
     bounces: bool,
     albedos: AlbedoReader,
 ) -> _Draft:
-    """Read what is asked for; `place` is where colours are looked up, if that is not the matrix."""
+    """Read what is wanted; `place` is where colours are looked up, if that is not the matrix."""
     original = evaluated.original
     derived = original.type == "MESH" and not same_topology(original.data, mesh)
     surface, sides = blocking_faces(evaluated, mesh, read_surface(mesh, matrix))

@@ -19,7 +19,7 @@ def answer_light_path(tree: bpy.types.NodeTree, groups: list[bpy.types.NodeTree]
     """
     for node in list(tree.nodes):
         group = getattr(node, "node_tree", None)
-        if group and asks_light_path(group):
+        if group and reads_light_path(group):
             node.node_tree = group.copy()
             groups.append(node.node_tree)
             answer_light_path(node.node_tree, groups)
@@ -31,10 +31,10 @@ def answer_light_path(tree: bpy.types.NodeTree, groups: list[bpy.types.NodeTree]
                     tree.links.new(value, link.to_socket)
 
 
-def asks_light_path(tree: bpy.types.NodeTree) -> bool:
+def reads_light_path(tree: bpy.types.NodeTree) -> bool:
     """Whether a tree, or a group in it, has a Light Path node."""
     return any(
         node.bl_idname == "ShaderNodeLightPath"
-        or (getattr(node, "node_tree", None) and asks_light_path(node.node_tree))
+        or (getattr(node, "node_tree", None) and reads_light_path(node.node_tree))
         for node in tree.nodes
     )

@@ -14,7 +14,7 @@ import numpy.typing as npt
 class Wiring:
     """What feeds what in node trees, for as long as nobody changes them.
 
-    Links are looked up once a tree: `socket.links` goes through all links of the tree each time it is asked. A muted link
+    Links are looked up once a tree: `socket.links` goes through all links of the tree each time. A muted link
     feeds nothing. A muted node hands an input on, as Blender has it. Reroutes are seen through, and lead nowhere in a loop.
     """
 

@@ -33,7 +33,7 @@ def settings_of(struct: Any, but: Collection[str] = ()) -> Iterator[tuple[str, A
 
 
 def _reached(block: bpy.types.ID) -> Any:
-    """What one sees of a data-block from a setting: of a picture nothing, these are told apart elsewhere; of an object,
+    """What one sees of a data-block from a setting: of a picture nothing, these are distinguished elsewhere; of an object,
     where it stands; of all else, which it is.
     """
     if isinstance(block, bpy.types.Image):

@@ -34,7 +34,7 @@ def keyframe(scene: bpy.types.Scene, frames: list[int], windowing: Windowing) ->
         frames: at least one.
 
     Yields:
-        After each frame is projected. What is asked for next after the last of them is the writing. Closed before that,
+        After each frame is projected. After the last of them it writes. Closed before that,
         nothing was changed.
 
     Raises:

@@ -168,7 +168,7 @@ def may_stand_in(world: bpy.types.World | None) -> bool:
 
 
 def write_stand_in(world: bpy.types.World) -> None:
-    """Light a world's bakes by a white sky of radiance 1, in place of one that cannot be projected: black tells nothing."""
+    """Light a world's bakes by a white sky of radiance 1, in place of one that cannot be projected: in black nothing would be seen."""
     white = np.zeros((sh.coefficient_count(sh.ORDER), 3))
     white[0] = 2.0 * np.sqrt(np.pi)
     write_still_light(world, white)

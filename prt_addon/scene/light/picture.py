@@ -29,7 +29,7 @@ class Kept:
     """How the energy, the integral of the square over the sphere, is spread.
 
     bands: share of each band.
-    of_sky: whether shares are of the sky's energy, which tells what was lost; else of the light's own.
+    of_sky: whether shares are of the sky's energy, which says what was lost; else of the light's own.
     """
 
     bands: npt.NDArray[np.float64]

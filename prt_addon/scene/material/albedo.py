@@ -87,7 +87,7 @@ class _Texture:
 class AlbedoReader:
     """Reads albedo of one state of the scene: each texture once, and as far as materials can be read.
 
-    The rest waits for Cycles, which cannot work while another render goes on: `AlbedoDraft.complete` asks it. Close the
+    The rest waits for Cycles, which cannot work while another render goes on: `AlbedoDraft.complete` has it evaluated. Close the
     reader after that.
     """
 
@@ -206,7 +206,7 @@ class AlbedoDraft:
     """What was read of a surface's albedo, and what still waits for Cycles, by material slot.
 
     textures: digests of the pictures of texture patches, in their order.
-    shown: the unread slots that Cycles is asked for.
+    shown: the unread slots that Cycles evaluates.
     """
 
     constant: Float32

@@ -3,7 +3,7 @@
 
 Blender's own colour bake runs on a copy of the evaluated mesh, alone in a scene of its own (see `cycles_scene`).
 
-Where the colour of one shader is asked for, a copy of the material shows it as a Diffuse BSDF, so that metallic,
+Where the colour of one shader is wanted, a copy of the material shows it as a Diffuse BSDF, so that metallic,
 specular and alpha do not change it. Else the whole material is evaluated: the colours of its diffuse and of its glossy
 reflection are added, because the first of a metal is black, and divided by its opacity.
 
@@ -24,7 +24,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..blender.cycles_scene import cycles_scene, selected_alone
-from ..blender.light_path import answer_light_path, asks_light_path
+from ..blender.light_path import answer_light_path, reads_light_path
 from ..blender.rna import plain_properties
 from ..mesh.meshes import layer_array
 from .colour_nodes import connect, remove_parts
@@ -169,12 +169,12 @@ def _as_bounced(
     unread: Unread, copies: list[bpy.types.Material], groups: list[bpy.types.NodeTree]
 ) -> bpy.types.Material:
     """A material as light sees it that bounces; copies that this takes are noted."""
-    asks = unread.material.node_tree and asks_light_path(unread.material.node_tree)
-    if not unread.colour and not asks:
+    by_path = unread.material.node_tree and reads_light_path(unread.material.node_tree)
+    if not unread.colour and not by_path:
         return unread.material
     copy = _matte_copy(unread.material, unread.colour) if unread.colour else unread.material.copy()
     copies.append(copy)
-    if asks:
+    if by_path:
         answer_light_path(copy.node_tree, groups)
     return copy
 

@@ -184,6 +184,6 @@ def _set_entry(modifier: bpy.types.Modifier, carrier: bpy.types.Object) -> None:
     name = _identifier(modifier.node_group)
     if _INPUTS_ARE_PROPERTIES:
         modifier[name] = carrier
-        modifier.id_data.update_tag()  # a custom property alone tells nobody
+        modifier.id_data.update_tag()  # a custom property alone causes no update
     else:
         getattr(modifier.properties.inputs, name).value = carrier

@@ -90,7 +90,7 @@ class Snapshot:
 
 
 def read(mesh: bpy.types.Mesh) -> npt.NDArray[np.float32]:
-    """(elements of the layers' domain, 9, 3) float32 of a baked mesh, in the axes that `space_of` tells."""
+    """(elements of the layers' domain, 9, 3) float32 of a baked mesh, in the axes that `space_of` names."""
     return np.stack([layer_array(mesh, name, "color", 4)[:, :3] for name in LAYERS], axis=1)
 
 

@@ -2,7 +2,7 @@
 """EEVEE's picture against Cycles', from the active camera.
 
 Both engines render what was baked, in linear light, over nothing: all other objects hold out, so that they shade and
-hide but are not compared. Cycles is asked the baked question, as many diffuse bounces and no more, twice, so that its
+hide but are not compared. Cycles renders as many diffuse bounces as were baked and no more, twice, so that its
 noise can be told from the error. Every setting that is changed is put back.
 """
 

@@ -53,7 +53,7 @@ def is_relight_group(tree: bpy.types.NodeTree | None) -> bool:
 
 
 def is_newer(tree: bpy.types.NodeTree) -> bool:
-    """Whether one of our node groups is of a newer version, whose sockets nobody knows."""
+    """Whether one of our node groups is of a newer version, whose sockets may be others."""
     return _version(tree) > GROUP_VERSION
 
 
