@@ -55,6 +55,7 @@ def quick() -> Iterator[Experiment]:
     yield "open_receivers", lambda: run.open_receivers(300_000, 5)
     for mode in ("SHADOWED", "INTERREFLECTED"):
         yield f"memory core {mode}", lambda mode=mode: run.memory("core", mode, 100_000, 16)
+    yield "memory operator SHADOWED", lambda: run.memory("operator", "SHADOWED", 100_000, 16)
     yield "blender SHADOWED", lambda: run.blender_share("SHADOWED", 20_000, 128, 2)
 
 

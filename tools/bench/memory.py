@@ -64,7 +64,7 @@ def bake_in_blender(mode: str, receivers: int, samples: int) -> dict[str, float]
             before = resident()
             reset_peak()
             headless.bpy.ops.prt.bake(mode=mode, samples=samples, update_light=False, update_shading=False)
-        engine = importlib.import_module(f"{headless.PACKAGE}.prt_addon.worker.job")._engine.process
+        engine = importlib.import_module(f"{headless.PACKAGE}.prt_addon.session").session.engine.process
         most = peak() + _status("VmHWM", str(engine))
         return {
             "receivers": count,
