@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""PRT Relight, a Blender extension: register() and unregister(), nothing else."""
+"""PRT Relight, a Blender extension: register() and unregister(), and what Blender looks for here."""
 
 from __future__ import annotations
 
 from . import operators, ui
 from .prt_addon import handlers
 from .prt_addon.scene import preferences, settings
+from .prt_addon.scene.export.gltf import (
+    glTF2ExportUserExtension as glTF2ExportUserExtension,  # Blender looks for it here
+)
 from .prt_addon.session import session
 from .prt_addon.worker.job import end_engine
 

@@ -10,28 +10,18 @@ import pytest
 
 EXAMPLE = Path(__file__).resolve().parent.parent / "docs" / "examples" / "relight_gltf.py"
 COLOUR = (0.8, 0.5, 0.2)
-ATTRIBUTES = {"export_attributes": True, "export_vertex_color": "NONE"}
-
-
-def written_light(text):
-    """The lines on exporting the light, as the example's docstring gives them, to be run as they stand."""
-    block = text.split("with\n\n", 1)[1].split("\n\nWhat", 1)[0]
-    return "\n".join(line.removeprefix("    ") for line in block.splitlines())
 
 
 @pytest.fixture
-def shaded(blender, tmp_path, monkeypatch):
+def shaded(blender, tmp_path):
     """Export, run the example in a process that cannot import bpy, and return positions and colours."""
 
     def run(name, **options):
         path = tmp_path / name
-        blender.ops.prt.remove_shading()
-        blender.ops.export_scene.gltf(filepath=str(path), use_selection=True, **ATTRIBUTES, **options)
-        monkeypatch.chdir(tmp_path)
-        exec(written_light(EXAMPLE.read_text()), {})
+        blender.ops.export_scene.gltf(filepath=str(path), use_selection=True, **options)
         alone = "import sys, runpy; sys.modules['bpy'] = None; runpy.run_path(sys.argv[0], run_name='__main__')"
         command = [sys.executable, "-c", f"import sys; sys.argv = sys.argv[1:]; {alone}"]
-        subprocess.run([*command, EXAMPLE, path, "light.json", "shaded.npz"], check=True, capture_output=True)
+        subprocess.run([*command, EXAMPLE, path, tmp_path / "shaded.npz"], check=True, capture_output=True)
         with np.load(tmp_path / "shaded.npz") as found:
             return found["positions"], found["colours"]
 

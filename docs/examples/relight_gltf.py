@@ -1,17 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Relight a baked mesh outside Blender: reads an exported .gltf or .glb with NumPy and the standard library alone.
 
-    python relight_gltf.py baked.glb light.json [shaded.npz]
+    python relight_gltf.py baked.glb [shaded.npz]
 
-In Blender, press Shading > Remove in the PRT tab, so that materials are exported as they were (the transport stays), and
-export the mesh with File > Export > glTF 2.0, Data > Mesh > Attributes turned on; Vertex Color: None spares a second copy.
-Write the light of the scene's world, which is nine RGB coefficients, a turn and a strength, with
-
-    import bpy, json, pathlib
-    world = bpy.context.scene.world
-    names = [f"prt_light_{i}" for i in range(9)] + ["prt_turn_x", "prt_turn_y", "prt_turn_z"]
-    light = {name: list(world[name]) for name in names} | {"prt_strength": world["prt_strength"]}
-    pathlib.Path("light.json").write_text(json.dumps(light))
+In Blender, with the extension enabled, File > Export > glTF 2.0 writes all that is needed, by its own settings: transport as
+attributes, the light of the scene's world in the extras of the scene, and the materials as they were before the bake. Where
+the transport lies behind modifiers, turn on Data > Mesh > Apply Modifiers.
 
 What is computed for each vertex is what the extension's shader shows, `base_color * strength * max(sum_i T_i L'_i, 0)`
 in linear light, where L' is the light as it is turned. Names and conventions: docs/formats.md.
@@ -64,12 +58,11 @@ def without_negatives(shading):
 
 
 def relight(mesh: BakedMesh, light: dict) -> np.ndarray:
-    """(N, 3) what the vertices show, linear RGB."""
-    coefficients = np.array([light[f"prt_light_{i}"] for i in range(9)])
-    turn = np.array([light["prt_turn_x"], light["prt_turn_y"], light["prt_turn_z"]]).T
-    turned = turned_light(coefficients, turn @ mesh.axes)
+    """(N, 3) what the vertices show, linear RGB; the light as `read_light` has it."""
+    turn = np.array(light["turn"]).T  # its columns are written
+    turned = turned_light(np.array(light["light"]), turn @ mesh.axes)
     shading = np.einsum("nic,ic->nc", mesh.transport, turned)
-    return mesh.base_color * light["prt_strength"] * without_negatives(shading)
+    return mesh.base_color * light["strength"] * without_negatives(shading)
 
 
 def turned_light(light: np.ndarray, turn: np.ndarray) -> np.ndarray:
@@ -93,6 +86,13 @@ def turned_light(light: np.ndarray, turn: np.ndarray) -> np.ndarray:
             (q[0, 0] - q[1, 1]) / (2.0 * K_XX),
         ]
     return result
+
+
+def read_light(path: Path) -> dict | None:
+    """The light of a file's scene: (9, 3) coefficients, the three columns of its turn, a strength; None if there is none."""
+    document, _ = _open(path)
+    found = document["scenes"][document.get("scene", 0)].get("extras", {}).get("prt_relight", {})
+    return found if "light" in found else None
 
 
 def read_baked(path: Path) -> list[BakedMesh]:
@@ -200,12 +200,11 @@ def _local_matrix(node: dict) -> np.ndarray:
     return matrix
 
 
-def main(gltf: str, light_file: str, output: str = "") -> None:
+def main(gltf: str, output: str = "") -> None:
     """Shade all baked primitives of a file."""
-    light = json.loads(Path(light_file).read_text())
-    meshes = read_baked(Path(gltf))
-    if not meshes:
-        sys.exit(f"'{gltf}' holds no baked mesh: export it with Data > Mesh > Attributes turned on.")
+    light, meshes = read_light(Path(gltf)), read_baked(Path(gltf))
+    if not meshes or light is None:
+        sys.exit(f"'{gltf}' holds no {'light' if meshes else 'baked mesh'}: export it with PRT Relight enabled.")
     shaded = [relight(mesh, light) for mesh in meshes]
     for mesh, colours in zip(meshes, shaded, strict=True):
         print(f"{len(colours)} vertices, {len(mesh.triangles)} triangles, mean colour {colours.mean(axis=0).round(4)}")
@@ -215,6 +214,6 @@ def main(gltf: str, light_file: str, output: str = "") -> None:
 
 
 if __name__ == "__main__":
-    if not 3 <= len(sys.argv) <= 4:
+    if not 2 <= len(sys.argv) <= 3:
         sys.exit(__doc__)
     main(*sys.argv[1:])

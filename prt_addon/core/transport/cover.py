@@ -109,7 +109,7 @@ def sample_covered(
         seed: as the bake's.
         workers: who does it; the few rays are not counted.
     """
-    suspects = np.flatnonzero(dark)
+    suspects = np.flatnonzero(dark) if len(faces.corners) else np.zeros(0, dtype=np.int64)
     if len(suspects):
         _, backs = _probed(scene, receivers[suspects], seed, workers)
         suspects = suspects[backs > _SOME_BACKS]

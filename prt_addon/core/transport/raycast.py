@@ -42,7 +42,7 @@ _MOST_BACKS = 64
 _BEYOND = 2e-6
 """How far behind a back a ray goes on, as a share of its way and of its start's distance: a few roundings of float32."""
 
-_LOOKED_AT = 1 << 17  # triangles that the middle is found by
+_LOOKED_AT = 1 << 15  # triangles that the middle is found by
 _HALVINGS = 36  # a part of some 2^-12 of the whole along each axis
 
 _BLOCK = 1 << 13

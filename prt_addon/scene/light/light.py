@@ -135,6 +135,11 @@ def read_turn(world: bpy.types.World) -> Array:
     return np.array([list(world[name]) for name in TURN]).T
 
 
+def strength_of(world: bpy.types.World) -> float:
+    """By what the stored light is scaled now."""
+    return float(world[STRENGTH])
+
+
 def shown_light(world: bpy.types.World, update: bool = True) -> Array:
     """(9, 3) the light as it is turned and scaled now; without an update, as Blender last evaluated it.
 
@@ -147,7 +152,7 @@ def shown_light(world: bpy.types.World, update: bool = True) -> Array:
         raise LightError("The scene's world carries no SH light: press Project World (prt.project_light).")
     if update:
         bpy.context.view_layer.update()  # the drivers' latest word
-    return float(world[STRENGTH]) * (rotation_matrix(read_turn(world).T) @ read_light(world))
+    return strength_of(world) * (rotation_matrix(read_turn(world).T) @ read_light(world))
 
 
 def write_still_light(world: bpy.types.World, light: Array) -> None:

@@ -18,7 +18,7 @@ from ...session import session
 from ..blender.images import write_pixels
 from ..sky.projection import sky_picture
 from ..sky.sky import read_sky
-from . import drivers, light
+from . import light
 
 _HEIGHT = 256
 _ICON_HEIGHT = 64
@@ -52,7 +52,7 @@ def make_picture(scene: bpy.types.Scene) -> tuple[bpy.types.Image, bool]:
     sky = _sky_picture(scene)
     if sky is not None:
         session.sky_energies[digest(light.read_light(scene.world))] = preview.energy(sky)
-        strength = np.float32(scene.world[drivers.STRENGTH])
+        strength = np.float32(light.strength_of(scene.world))
         parts.insert(0, strength * preview.turned_picture(sky, light.read_turn(scene.world), _HEIGHT))
     return _written(f"PRT Light of {scene.world.name}", np.concatenate(parts, axis=1)), sky is not None
 

@@ -20,7 +20,7 @@ from ...core.sky.sampler import reduced
 from ..bake import choose
 from ..bake.read import read_bake
 from ..blender.libraries import is_own
-from ..light import drivers, light
+from ..light import light
 from ..mesh import layers
 from ..mesh.carrier import transport_mesh
 from ..mesh.meshes import ObjectReceivers, own_axes
@@ -109,7 +109,7 @@ def read_light(scene: bpy.types.Scene) -> Light:
     """
     picture, turn = sky_as_projected(scene)
     stored = light.shown_light(scene.world)
-    return Light(reduced(picture) * np.float32(scene.world[drivers.STRENGTH]), turn, stored)
+    return Light(reduced(picture) * np.float32(light.strength_of(scene.world)), turn, stored)
 
 
 def sky_as_projected(scene: bpy.types.Scene) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float64]]:

@@ -8,6 +8,7 @@ Cycles still renders them, and removing our two nodes restores the material.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 
 import bpy
 
@@ -145,6 +146,26 @@ def our_nodes(tree: bpy.types.NodeTree | None) -> Iterator[bpy.types.Node]:
         is_group = node.bl_idname == "ShaderNodeGroup" and is_relight_group(node.node_tree)
         if is_group or OURS in node or PART in node:
             yield node
+
+
+@contextmanager
+def own_surfaces_active() -> Iterator[None]:
+    """Inside, the outputs that were active before ours are active again in all relit materials: for those who look there."""
+    before: list[tuple[bpy.types.Node, bool]] = []
+    for material in filter(is_own, bpy.data.materials):
+        ours = next((node for node in our_nodes(material.node_tree) if OURS in node), None)
+        if ours is None:
+            continue
+        names = ours[OURS].split("\n")
+        outputs = [node for node in material.node_tree.nodes if node.bl_idname == "ShaderNodeOutputMaterial"]
+        before += [(node, node.is_active_output) for node in outputs]
+        for node in outputs:
+            node.is_active_output = node.name in names or VIEWPORT in node
+    try:
+        yield
+    finally:
+        for node, active in before:
+            node.is_active_output = active
 
 
 def remove_from_material(material: bpy.types.Material) -> bool:

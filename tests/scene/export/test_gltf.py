@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""File > Export > glTF with Blender's own settings: transport, light, and materials as they were."""
+
+import importlib.util
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+COLOUR = (0.7, 0.3, 0.1)
+EXAMPLE = Path(__file__).resolve().parents[3] / "docs" / "examples" / "relight_gltf.py"
+
+
+@pytest.fixture(scope="module")
+def example():
+    """The worked example, which reads such files with NumPy alone."""
+    spec = importlib.util.spec_from_file_location("relight_gltf", EXAMPLE)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def principled(blender, name="Clay"):
+    from headless import use_nodes
+
+    material = blender.data.materials.new(name)
+    use_nodes(material)
+    material.node_tree.nodes["Principled BSDF"].inputs["Base Color"].default_value = (*COLOUR, 1.0)
+    return material
+
+
+@pytest.fixture
+def ball(blender, scene, stage):
+    """A smooth ball over a flat box, baked and relit, under a turned sky: transport on points and on corners."""
+    _, mapping = stage.environment(stage.picture("Six", stage.six_coloured_sky(64)), strength=1.5)
+    mapping.inputs["Rotation"].default_value = (0.4, -0.9, 2.3)
+    material = principled(blender)
+    found = stage.object_of("Ball", stage.icosphere(2), material, (0, 0, 1))
+    stage.object_of("Box", stage.cube(), material, (0, 0, -1.2))
+    blender.ops.prt.bake(mode="SHADOWED", samples=32)
+    return found
+
+
+@pytest.fixture
+def exported(blender, example):
+    """Export; the document, and each mesh's attributes by the name of the mesh."""
+
+    def run(path, **options):
+        assert blender.ops.export_scene.gltf(filepath=str(path), **options) == {"FINISHED"}
+        document, chunk = example._open(path)
+        buffers = [example._buffer(buffer, chunk, path.parent) for buffer in document["buffers"]]
+        return document, {
+            mesh["name"]: {
+                name: example._accessor(document, buffers, index)
+                for name, index in mesh["primitives"][0]["attributes"].items()
+            }
+            for mesh in document["meshes"]
+        }
+
+    return run
+
+
+@pytest.mark.parametrize("form", ["GLB", "GLTF_SEPARATE"])
+def test_default_settings_carry_transport_bit_for_bit(blender, part, ball, exported, tmp_path, form):
+    """As float attributes and nothing else of ours; other attributes stay at home as they do without us."""
+    ball.data.attributes.new("_SECRET", "FLOAT", "POINT")
+    _, meshes = exported(tmp_path / ("scene.glb" if form == "GLB" else "scene.gltf"), export_format=form)
+    assert set(meshes) == {"Sphere", "Cube"}
+    layers = part("layers")
+    for ob in (ball, blender.data.objects["Box"]):
+        written = meshes[ob.data.name]
+        assert {name for name in written if not name.startswith("TEXCOORD")} == {"POSITION", "NORMAL", *layers.LAYERS}
+        stored = {values.tobytes() for values in layers.read(ob.data)}
+        found = np.stack([written[name][:, :3] for name in layers.LAYERS], axis=1).astype(np.float32)
+        assert {values.tobytes() for values in found} == stored
+
+
+def test_materials_are_the_persons_own_and_come_back(blender, stage, ball, exported, tmp_path):
+    """Base colours are written; afterwards nodes, outputs and pixels are as they were."""
+    tree = ball.data.materials[0].node_tree
+    stage.top_camera()
+    before, shown = stage.node_snapshot(tree), stage.render(tmp_path / "before.exr")
+    document, _ = exported(tmp_path / "scene.glb")
+    [material] = document["materials"]
+    assert material["pbrMetallicRoughness"]["baseColorFactor"][:3] == pytest.approx(COLOUR, abs=1e-6)
+    assert stage.node_snapshot(tree) == before
+    np.testing.assert_array_equal(stage.render(tmp_path / "after.exr"), shown)
+
+
+def test_a_failed_export_puts_the_materials_back(blender, stage, ball, tmp_path):
+    """It calls no hook once it has failed."""
+    tree = ball.data.materials[0].node_tree
+    before = stage.node_snapshot(tree)
+    in_the_way = tmp_path / "scene.glb"
+    in_the_way.mkdir()
+    with pytest.raises(Exception, match=r"."):
+        blender.ops.export_scene.gltf(filepath=str(in_the_way))
+    assert stage.node_snapshot(tree) == before
+
+
+def test_the_light_goes_with_it(part, scene, ball, exported, example, tmp_path):
+    """In the scene's extras: light, turn and strength, by which the file shades as Blender's numbers do."""
+    document, _ = exported(tmp_path / "scene.glb")
+    extras = document["scenes"][0]["extras"]["prt_relight"]
+    light = part("light")
+    np.testing.assert_allclose(extras["light"], light.read_light(scene.world))
+    np.testing.assert_allclose(np.transpose(extras["turn"]), light.read_turn(scene.world), atol=1e-6)
+    assert extras["strength"] == pytest.approx(1.5) and extras["order"] == 2
+    [mesh] = [mesh for mesh in example.read_baked(tmp_path / "scene.glb") if len(mesh.positions) > 24]
+    shaded = example.relight(mesh, extras) / COLOUR
+    wanted = np.einsum("nic,ic->nc", part("layers").read(ball.data), light.shown_light(scene.world))
+    assert shaded.mean(axis=0) == pytest.approx(np.maximum(wanted, 0.0).mean(axis=0), rel=0.02)
+
+
+def test_the_persons_own_paint_stays(ball, exported, tmp_path):
+    """As the exporter writes it, and numbered from 0; a mesh without paint has no vertex colours at all."""
+    paint = ball.data.color_attributes.new("Paint", "BYTE_COLOR", "CORNER")
+    paint.data.foreach_set("color", np.tile([0.2, 0.4, 0.6, 1.0], len(paint.data)))
+    _, meshes = exported(tmp_path / "scene.glb")
+    colours = {name for name in meshes["Sphere"] if name.startswith("COLOR_")}
+    assert colours == {f"COLOR_{number}" for number in range(len(colours))} and colours
+    found = [meshes["Sphere"][name][:, :3] for name in sorted(colours)]
+    assert any(np.allclose(values, (0.2, 0.4, 0.6), atol=0.01) for values in found)
+    assert len(colours) <= 2 and not any(name.startswith("COLOR_") for name in meshes["Cube"])
+
+
+def test_transport_behind_modifiers_is_said_or_exported(blender, ball, exported, tmp_path, capfd):
+    """A carrier's layers come with applied modifiers; without, the export names the objects."""
+    ball.modifiers.new("Finer", "SUBSURF").render_levels = 1
+    blender.ops.prt.bake(mode="UNSHADOWED")
+    capfd.readouterr()
+    _, meshes = exported(tmp_path / "scene.glb")
+    said = "".join(capfd.readouterr())
+    assert "_PRT_0" not in meshes["Sphere"] and "the transport of 'Ball' lies behind modifiers" in said
+    _, meshes = exported(tmp_path / "applied.glb", export_apply=True)
+    assert "_PRT_8" in meshes["Sphere"] and not any(name.startswith("COLOR_") for name in meshes["Sphere"])
+
+
+def test_files_without_bakes_are_exported_as_ever(blender, scene, stage, exported, tmp_path):
+    """Nothing of ours in them, nor what we would turn on."""
+    plain = stage.object_of("Plain", stage.cube(), principled(blender))
+    plain.data.attributes.new("_OTHER", "FLOAT", "POINT")
+    document, meshes = exported(tmp_path / "plain.glb")
+    assert "_OTHER" not in meshes["Cube"] and "extras" not in document["scenes"][0]
