@@ -9,6 +9,7 @@ from . import (
     bake,
     check,
     cubemap,
+    freeze,
     interchange,
     job,
     light,
@@ -36,6 +37,7 @@ CLASSES = (
     *report.CLASSES,
     *remove.CLASSES,
     *cubemap.CLASSES,
+    *freeze.CLASSES,
     *interchange.CLASSES,
 )
 """In the order of the menu."""
