@@ -22,6 +22,7 @@ from ...core.sphere import sh
 from ..light.light import has_light, read_light, read_turn, strength_of
 from ..mesh.carrier import carrier_of, transport_mesh
 from ..mesh.layers import is_baked
+from ..mesh.record import FORMAT_VERSION
 from ..shading.shading import own_surfaces_active
 
 EXTRAS = "prt_relight"
@@ -30,6 +31,8 @@ EXTRAS = "prt_relight"
 VERSION = 1
 
 _BASIS = "real, orthonormal, without the Condon-Shortley sign, i = l(l+1) + m, Z up"
+_AXES = [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]
+"""Blender's X, Y and Z in glTF's axes, which are Y up."""
 _COMPONENTS: dict[int, tuple[type, float]] = {
     5121: (np.uint8, 255.0),
     5123: (np.uint16, 65535.0),
@@ -98,8 +101,15 @@ class glTF2ExportUserExtension:
 
 
 def extras(scene: bpy.types.Scene) -> dict[str, Any]:
-    """What another program needs to relight a scene; plain data."""
-    found: dict[str, Any] = {"version": VERSION, "order": sh.ORDER, "basis": _BASIS, "attributes": list(LAYERS)}
+    """What another program needs to relight a scene; plain data, by the schema in docs/formats.md."""
+    found: dict[str, Any] = {
+        "version": VERSION,
+        "layout": FORMAT_VERSION,
+        "order": sh.ORDER,
+        "basis": _BASIS,
+        "axes": _AXES,
+        "attributes": list(LAYERS),
+    }
     if has_light(scene.world):
         found["light"] = read_light(scene.world).tolist()
         found["turn"] = read_turn(scene.world).T.tolist()  # the columns of R

@@ -2,13 +2,15 @@
 """File > Export > glTF with Blender's own settings: transport, light, and materials as they were."""
 
 import importlib.util
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 COLOUR = (0.7, 0.3, 0.1)
-EXAMPLE = Path(__file__).resolve().parents[3] / "docs" / "examples" / "relight_gltf.py"
+DOCS = Path(__file__).resolve().parents[3] / "docs"
+EXAMPLE = DOCS / "examples" / "relight_gltf.py"
 
 
 @pytest.fixture(scope="module")
@@ -110,6 +112,43 @@ def test_the_light_goes_with_it(part, scene, ball, exported, example, tmp_path):
     shaded = example.relight(mesh, extras) / COLOUR
     wanted = np.einsum("nic,ic->nc", part("layers").read(ball.data), light.shown_light(scene.world))
     assert shaded.mean(axis=0) == pytest.approx(np.maximum(wanted, 0.0).mean(axis=0), rel=0.02)
+
+
+def test_extras_hold_what_the_schema_says(scene, ball, exported, example, tmp_path):
+    """With a light and without; the axes are those in which the exporter writes positions."""
+    text = (DOCS / "formats.md").read_text(encoding="utf-8")
+    schema = json.loads(next(block for block in text.split("```json\n")[1:] if "$schema" in block).split("```")[0])
+    document, _ = exported(tmp_path / "scene.glb")
+    extras = document["scenes"][0]["extras"]["prt_relight"]
+    assert extras.keys() == schema["properties"].keys()
+    assert extras["version"] == schema["properties"]["version"]["const"]
+    assert extras["order"] == schema["properties"]["order"]["const"]
+    assert extras["layout"] == ball.data["prt_bake"]["version"]
+    assert np.shape(extras["light"]) == (9, 3) and np.shape(extras["turn"]) == np.shape(extras["axes"]) == (3, 3)
+    ball.location = (1.0, 2.0, 3.0)
+    document, _ = exported(tmp_path / "moved.glb")
+    [node] = [node for node in document["nodes"] if node["name"] == "Ball"]
+    np.testing.assert_allclose(np.transpose(extras["axes"]) @ (1.0, 2.0, 3.0), node["translation"])
+    scene.world = None
+    document, _ = exported(tmp_path / "dark.glb")
+    assert document["scenes"][0]["extras"]["prt_relight"].keys() == set(schema["required"])
+
+
+def test_linked_duplicates_share_one_mesh(blender, scene, part, ball, exported, tmp_path):
+    """In their own axes, on corners: written once, with the mark of the axes, and shown by both nodes."""
+    box = blender.data.objects["Box"]
+    box.prt.space = "OBJECT"
+    blender.ops.prt.bake(mode="UNSHADOWED")
+    twin = box.copy()
+    twin.location.x, twin.rotation_euler.z = 4.0, 1.0
+    scene.collection.objects.link(twin)
+    document, meshes = exported(tmp_path / "twins.glb")
+    shown = [node["mesh"] for node in document["nodes"] if node["name"] in {box.name, twin.name}]
+    assert len(shown) == 2 and len(set(shown)) == 1
+    assert part("layers").domain_of(box.data) == "CORNER"
+    assert (meshes[box.data.name]["_PRT_0"][:, 3] < -1.5).all() and (
+        meshes[ball.data.name]["_PRT_0"][:, 3] > -1.5
+    ).all()
 
 
 def test_the_persons_own_paint_stays(ball, exported, tmp_path):
