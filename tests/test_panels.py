@@ -162,3 +162,18 @@ def test_large_files_are_drawn_quickly(blender, part, scene, stage, drawn):
             drawn()
             times.append(time.perf_counter() - began)
     assert looked_up and min(times) < 2e-3, f"{1e3 * min(times):.1f} ms"
+
+
+def test_the_exporters_sidebar(blender):
+    """Both choices, beside the export as glTF alone."""
+    import headless
+
+    panel = importlib.import_module(f"{headless.PACKAGE}.ui.gltf").FILE_PT_prt_gltf
+    for operator, wanted in (("EXPORT_SCENE_OT_gltf", True), ("WM_OT_open_mainfile", False)):
+        space = SimpleNamespace(active_operator=SimpleNamespace(bl_idname=operator))
+        assert panel.poll(SimpleNamespace(space_data=space)) == wanted
+    assert not panel.poll(SimpleNamespace(space_data=SimpleNamespace(active_operator=None)))
+    layout = Layout()
+    panel.draw(SimpleNamespace(layout=layout), blender.context)
+    assert layout.said == ["transport", "light"]
+    assert {*layout.said} <= {*blender.context.scene.prt.gltf.bl_rna.properties.keys()}

@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 
 from ..prt_addon.scene.light import picture as light_picture
-from . import bake, files, light, menu, notices, presets, preview, report, shading
+from . import bake, files, gltf, light, menu, notices, presets, preview, report, shading
 
 CLASSES = (
     *bake.CLASSES,
@@ -17,6 +17,7 @@ CLASSES = (
     *shading.CLASSES,
     *report.CLASSES,
     *files.CLASSES,
+    *gltf.CLASSES,
     *menu.CLASSES,
 )
 _register_classes, _unregister_classes = bpy.utils.register_classes_factory(CLASSES)

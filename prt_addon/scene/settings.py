@@ -190,6 +190,22 @@ class PRT_PG_report(ReportProperties, bpy.types.PropertyGroup):
     """Settings of the report, stored with the scene."""
 
 
+class PRT_PG_gltf(bpy.types.PropertyGroup):
+    """What File > Export > glTF writes of bakes."""
+
+    transport: BoolProperty(  # type: ignore[valid-type]
+        name="Transport",
+        description="Write transport as attributes and the light beside it, for programs that relight",
+        default=True,
+    )
+    light: BoolProperty(  # type: ignore[valid-type]
+        name="Light as Vertex Colors",
+        description="Write the light of now as COLOR_0, from 0 to 1, for programs that know no transport. They multiply it "
+        "with the base color; painted colors follow it",
+        default=False,
+    )
+
+
 class PRT_PG_settings(BakeProperties, RunProperties, LightProperties, bpy.types.PropertyGroup):
     """Settings of the extension, stored with the scene."""
 
@@ -200,6 +216,7 @@ class PRT_PG_settings(BakeProperties, RunProperties, LightProperties, bpy.types.
         default=True,
     )
     report: PointerProperty(type=PRT_PG_report, name="Report", description="Settings of the report")  # type: ignore[valid-type]
+    gltf: PointerProperty(type=PRT_PG_gltf, name="glTF", description="Settings of exports as glTF")  # type: ignore[valid-type]
 
 
 class PRT_PG_object(bpy.types.PropertyGroup):
@@ -271,7 +288,7 @@ def _value(name: str, stored: bpy.types.PropertyGroup, operator: bpy.types.Opera
 
 
 _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
-    (PRT_PG_report, PRT_PG_settings, PRT_PG_object)
+    (PRT_PG_report, PRT_PG_gltf, PRT_PG_settings, PRT_PG_object)
 )
 
 

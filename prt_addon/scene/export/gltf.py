@@ -9,6 +9,7 @@ extension's top module, and calls its hooks.
 
 from __future__ import annotations
 
+import copy
 import weakref
 from contextlib import ExitStack
 from typing import Any
@@ -17,11 +18,15 @@ import bpy
 import numpy as np
 import numpy.typing as npt
 
-from ...core.layout import LAYERS
+from ...core.errors import PRTError
+from ...core.layout import LAYERS, OWN_AXES_BELOW
+from ...core.shown import shown
 from ...core.sphere import sh
-from ..light.light import has_light, read_light, read_turn, strength_of
+from ...core.sphere.rotation import rotation_matrix
+from ..light.light import has_light, read_light, read_turn, shown_light, strength_of
 from ..mesh.carrier import carrier_of, transport_mesh
 from ..mesh.layers import is_baked
+from ..mesh.meshes import own_axes
 from ..mesh.record import FORMAT_VERSION
 from ..shading.shading import own_surfaces_active
 
@@ -51,7 +56,10 @@ class glTF2ExportUserExtension:
         self._undo = ExitStack()
         self._scenes_left = 0
         self._others_too = True
+        self._with_transport = True
         self._concerns_us = False
+        self._light: npt.NDArray[np.float64] | None = None
+        self._shown_by: bpy.types.Object | None = None
 
     def pre_export_hook(self, settings: dict[str, Any]) -> None:
         """Have attributes written, and materials found behind the person's own outputs."""
@@ -59,6 +67,10 @@ class glTF2ExportUserExtension:
         self._concerns_us = bool(baked)
         if not baked:
             return
+        chosen = bpy.context.scene.prt.gltf
+        self._with_transport = chosen.transport
+        if chosen.light:
+            self._light = _light_of_now(settings["log"])
         self._others_too = settings["gltf_attributes"]
         settings["gltf_attributes"] = True
         self._scenes_left = 1 if settings.get("gltf_active_scene") else len(bpy.data.scenes)
@@ -77,14 +89,23 @@ class glTF2ExportUserExtension:
         if self._concerns_us and not self._others_too and attribute.attr_name not in LAYERS:
             attribute.keep = False
 
-    def gather_mesh_hook(self, gltf_mesh: Any, mesh: bpy.types.Mesh, *_: Any) -> None:
-        """Take our layers away from among the vertex colours."""
+    def gather_node_mesh_hook(self, _choice: Any, ob: bpy.types.Object | None, _settings: dict[str, Any]) -> None:
+        """Remember whose mesh comes next: the mesh's own hook is not told."""
+        self._shown_by = ob
+
+    def gather_mesh_hook(self, gltf_mesh: Any, mesh: bpy.types.Mesh, *others: Any) -> None:
+        """Take our layers away from among the vertex colours, and put the light there if it is wanted."""
         if not self._concerns_us:
             return
         own = {colour.name for colour in mesh.color_attributes} - set(LAYERS)
         for primitive in gltf_mesh.primitives:
             if LAYERS[0] in primitive.attributes:
                 _drop_colours(primitive.attributes, bool(own))
+                if self._light is not None and self._shown_by:
+                    _put_light_first(primitive.attributes, self._light, self._shown_by, others[-1]["log"])
+                if not self._with_transport:
+                    for name in LAYERS:
+                        del primitive.attributes[name]
 
     def gather_scene_hook(self, gltf_scene: Any, scene: bpy.types.Scene, _settings: dict[str, Any]) -> None:
         """Write the light of the scene's world beside what it lights. With the last scene all materials are gathered."""
@@ -93,7 +114,8 @@ class glTF2ExportUserExtension:
         self._scenes_left -= 1
         if self._scenes_left <= 0:
             self._undo.close()  # before the file is written, which may fail
-        gltf_scene.extras = {**(gltf_scene.extras or {}), EXTRAS: extras(scene)}
+        if self._with_transport:
+            gltf_scene.extras = {**(gltf_scene.extras or {}), EXTRAS: extras(scene)}
 
     def post_export_hook(self, _settings: dict[str, Any]) -> None:
         """Put the materials back."""
@@ -115,6 +137,49 @@ def extras(scene: bpy.types.Scene) -> dict[str, Any]:
         found["turn"] = read_turn(scene.world).T.tolist()  # the columns of R
         found["strength"] = strength_of(scene.world)
     return found
+
+
+def _light_of_now(log: Any) -> npt.NDArray[np.float64] | None:
+    """(9, 3) as the world's nodes turn and scale it; None, and a word to the log, if there is none."""
+    world = bpy.context.scene.world
+    if not has_light(world):
+        log.warning(
+            "PRT Relight: the scene's world carries no light to export: press Project World (prt.project_light)."
+        )
+        return None
+    try:
+        return shown_light(world)
+    except PRTError as error:
+        log.warning(f"PRT Relight: {error}")
+        return None
+
+
+def _put_light_first(
+    attributes: dict[str, Any], light: npt.NDArray[np.float64], ob: bpy.types.Object, log: Any
+) -> None:
+    """What a white surface shows, as COLOR_0, in 0 to 1 as glTF demands of it; other colours follow."""
+    layers = np.stack([_values(attributes[name]) for name in LAYERS], axis=1)
+    if layers[0, 0, 3] < OWN_AXES_BELOW:
+        light = rotation_matrix(own_axes(ob.matrix_world).T) @ light
+        if ob.data.users > 1:
+            log.warning(
+                f"PRT Relight: the objects that share the mesh of '{ob.name}' all get its light: make them single users."
+            )
+    colours = shown(layers[..., :3], light)
+    bright = float((colours.max(axis=1) > 1.0).mean())
+    if bright > 0.0:
+        log.warning(
+            f"PRT Relight: the light of '{ob.name}' is cut off at 1 in {bright:.0%} of its vertices: lower the world's strength."
+        )
+    rgba = np.ones((len(colours), 4), dtype=np.float32)
+    rgba[:, :3] = np.minimum(colours, 1.0)
+    accessor = copy.copy(attributes[LAYERS[0]])  # four floats a vertex, too
+    accessor.buffer_view = copy.copy(accessor.buffer_view)
+    accessor.buffer_view.data = rgba.tobytes()
+    others = [attributes.pop(name) for name in sorted(name for name in attributes if name.startswith("COLOR_"))]
+    if others and (_values(others[0]) == 1.0).all():
+        del others[0]  # the exporter's own, so that viewers do not multiply with unused paint
+    attributes.update({f"COLOR_{number}": each for number, each in enumerate([accessor, *others])})
 
 
 def _drop_colours(attributes: dict[str, Any], has_others: bool) -> None:

@@ -163,6 +163,36 @@ def test_the_persons_own_paint_stays(ball, exported, tmp_path):
     assert len(colours) <= 2 and not any(name.startswith("COLOR_") for name in meshes["Cube"])
 
 
+@pytest.mark.parametrize("transport", [True, False])
+@pytest.mark.parametrize("space", ["SCENE", "OBJECT"])
+def test_the_light_of_now_as_vertex_colours(blender, scene, part, ball, exported, example, tmp_path, space, transport):
+    """As the example shades a file with transport, before the person's paint; with transport or without."""
+    ball.prt.space, ball.rotation_euler = space, (0.5, 0.2, -1.0)
+    scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0.1
+    blender.ops.prt.bake(mode="SHADOWED", samples=32)
+    paint = ball.data.color_attributes.new("Paint", "BYTE_COLOR", "POINT")
+    paint.data.foreach_set("color", np.tile([0.2, 0.4, 0.6, 1.0], len(paint.data)))
+    document, _ = exported(tmp_path / "both.glb")
+    [mesh] = [mesh for mesh in example.read_baked(tmp_path / "both.glb") if len(mesh.positions) > 24]
+    wanted = example.relight(mesh, document["scenes"][0]["extras"]["prt_relight"]) / COLOUR
+    scene.prt.gltf.light, scene.prt.gltf.transport = True, transport
+    document, meshes = exported(tmp_path / "light.glb", export_apply=True)
+    written = meshes["Sphere"]
+    assert np.ptp(wanted, axis=0).min() > 0.05
+    np.testing.assert_allclose(written["COLOR_0"][:, :3], np.minimum(wanted, 1.0), atol=1e-5)
+    np.testing.assert_allclose(written["COLOR_1"][:, :3], np.tile((0.2, 0.4, 0.6), (len(wanted), 1)), atol=0.01)
+    assert ("_PRT_0" in written) == transport
+    assert ("prt_relight" in document["scenes"][0].get("extras", {})) == transport
+
+
+def test_a_world_without_light_is_said(scene, ball, exported, tmp_path, capfd):
+    """No vertex colours then."""
+    scene.prt.gltf.light, scene.world = True, None
+    capfd.readouterr()
+    _, meshes = exported(tmp_path / "dark.glb")
+    assert "carries no light to export" in "".join(capfd.readouterr()) and "COLOR_0" not in meshes["Sphere"]
+
+
 def test_transport_behind_modifiers_is_said_or_exported(blender, ball, exported, tmp_path, capfd):
     """A carrier's layers come with applied modifiers; without, the export names the objects."""
     ball.modifiers.new("Finer", "SUBSURF").render_levels = 1
