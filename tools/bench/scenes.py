@@ -52,12 +52,21 @@ def court(receivers: int) -> list[Mesh]:
 
 def bake_input(meshes: list[Mesh]) -> tuple[list[ReceiverGroup], Occluders]:
     """What `core.bake` takes: every vertex a receiver."""
-    groups = [ReceiverGroup(mesh.name, mesh.vertices, mesh.normals, mesh.radius) for mesh in meshes]
+    groups = [
+        ReceiverGroup(mesh.name, mesh.vertices, mesh.normals, mesh.radius, _edges(mesh.triangles), mesh.triangles)
+        for mesh in meshes
+    ]
     starts = np.cumsum([0, *map(len, groups)])
     triangles = np.concatenate([mesh.triangles + start for mesh, start in zip(meshes, starts, strict=False)])
     colours = np.repeat([mesh.colour for mesh in meshes], [len(mesh.triangles) for mesh in meshes], axis=0)
     vertices = np.concatenate([mesh.vertices for mesh in meshes])
     return groups, Occluders(vertices, triangles.astype(np.int32), triangles.astype(np.int64), Albedo(colours))
+
+
+def _edges(triangles: np.ndarray) -> np.ndarray:
+    """(E, 2) each edge once."""
+    pairs = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    return np.unique(pairs, axis=0).astype(np.int32)
 
 
 def _ball(count: int) -> Mesh:

@@ -92,10 +92,8 @@ def trace_island(island: Island, settings: BakeSettings, run: Run = DEFAULT_RUN)
     around = Surroundings(caster.scene, occluders.vertices, occluders.triangles)
     edges, dark = _edges(island.groups), is_dark(direct)
     buried = find_buried(around, receivers, edges, direct, settings.seed, run.workers)
-    samples = Samples.none(receivers)
-    if dark.any():
-        samples = sample_covered(caster.scene, receivers, _faces(island.groups), dark, settings.seed, run.workers)
-        direct = np.concatenate([direct, *_sampled(caster, samples, hits)])
+    samples = sample_covered(caster.scene, receivers, _faces(island.groups), edges, dark, settings.seed, run.workers)
+    direct = np.concatenate([direct, *_sampled(caster, samples, hits)])
     mend = Mend(Fit(samples, len(receivers)), Fill(buried & ~samples.covered, edges))
     mend(direct)
     mended = buried | samples.covered

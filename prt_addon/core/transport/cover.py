@@ -7,14 +7,17 @@ kept, and the covered corners get the values that come closest to them by least 
 Squares Vertex Baking"). The fit extrapolates to the corner: what is in shadow near the seam stays so, which a mean of
 neighbours would brighten.
 
-What is in the open is found by a few probing rays. A sample that sees the sky, or no back of a face, is. Another one is, and a
-dark corner is not covered, if the way to the nearest such sample leads out of nothing: along it as many faces are entered as are
-left. This distinguishes a corner in a kerb from one in the shadow of a roof, and from a dark room with a window.
+Corners are looked at that are dark and see backs of faces, or from which an edge passes through a face: below a floor that is a
+single sheet they see the sky from below. What is in the open is found by a few probing rays: of a face's samples, those that see
+the sky, or no backs, and no more backs than others. Another one is, and a corner is not covered, if the way to the nearest such
+sample leads out of nothing: along it as many faces are entered as are left. This distinguishes a corner in a kerb from one in the
+shadow of a roof, and from a dark room with a window.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -28,14 +31,16 @@ Float64 = npt.NDArray[np.float64]
 Int64 = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
 
-_PROBES = 16  # rays
+_PROBES = 8  # rays
 _SOME_BACKS = 0.1  # share of a corner's probes that end on backs: with none it lies in no solid
 _LIFT = 0.02  # of the way: clear of the face itself
 _BEYOND = 1.1  # of the way: samples often lie in the very surface, as the equator of a ball does
 _MOST_CROSSINGS = 8  # faces along a way
 _ON = 1e-4  # of the way: beyond a face that was crossed
+_ENOUGH = 9  # samples about a corner
 _SMOOTHING = 0.03  # pull towards the mean of the samples nearby, beside what the samples say
 _STEPS = 24  # of the solver
+_EDGES_AT_A_TIME = 1 << 14
 _SPECTRUM = 0.03, 3.0  # of the equations, each divided by its own diagonal: three corners a face, and the smoothing
 
 
@@ -49,6 +54,9 @@ def _spread(rows: int) -> Float64:
 
 PLACES = _spread(5)
 """(15, 3) where light is sampled in a face."""
+
+_FIRST_LOOK = _spread(2)
+"""(3, 3) likewise, of faces that are likely to have no open part."""
 
 
 @dataclass(frozen=True)
@@ -95,6 +103,7 @@ def sample_covered(
     scene: RayScene,
     receivers: Receivers,
     faces: Faces,
+    edges: npt.NDArray[np.integer[Any]],
     dark: Bools,
     seed: int = 0,
     workers: Workers = ALL_CORES,
@@ -105,45 +114,99 @@ def sample_covered(
         scene: what blocks the light.
         receivers: N points.
         faces: between them.
-        dark: (N,) which see almost no sky: others are not looked at.
+        edges: (E, 2) pairs of them that are neighbours on a mesh.
+        dark: (N,) which see almost no sky.
         seed: as the bake's.
         workers: who does it; the few rays are not counted.
     """
-    suspects = np.flatnonzero(dark) if len(faces.corners) else np.zeros(0, dtype=np.int64)
-    if len(suspects):
-        _, backs = _probed(scene, receivers[suspects], seed, workers)
-        suspects = suspects[backs > _SOME_BACKS]
-    suspected = np.zeros(len(receivers), dtype=np.bool_)
-    suspected[suspects] = True
-    chosen = np.flatnonzero(suspected[faces.corners].any(axis=1))
+    if not len(faces.corners):
+        return Samples.none(receivers)
+    in_solid, pierced = _suspects(scene, receivers, edges, dark, seed, workers)
+    chosen = _open_in_parts(scene, receivers, faces, in_solid | pierced, seed, workers)
     if not len(chosen):
         return Samples.none(receivers)
     corners = faces.corners[chosen]
-    inside = _placed(receivers, corners, faces.number[chosen])
+    inside = _placed(receivers, corners, faces.number[chosen], PLACES)
     sky, backs = (share.reshape(len(chosen), -1) for share in _probed(scene, inside, seed, workers))
-    is_open = ((sky > 0.0) & (backs < 0.5)) | (backs == 0.0)
+    fewest = backs <= backs.min(axis=1, keepdims=True) + 1.0 / _PROBES
+    is_open = ((sky > 0.0) & (backs < 0.5) & fewest) | (backs == 0.0)
     workers.monitor.check_cancelled()
-    covered = _covered(scene, receivers, corners, inside.points.reshape(*is_open.shape, 3), is_open, suspected)
-    mine = covered[corners].any(axis=1)
-    kept = _in_the_open(scene, receivers, corners, inside, is_open)
-    kept &= mine[:, None]
+    # What lies in no solid is covered only beside what is clearly in the open: in a thicket nothing is.
+    beside = is_open & ((backs == 0.0) | ~(pierced & ~in_solid)[corners].any(axis=1)[:, None])
+    places = inside.points.reshape(*is_open.shape, 3)
+    covered, leads_out = _covered(scene, receivers, corners, places, beside, in_solid | pierced)
+    is_open &= leads_out.any(axis=1)[:, None]
+    kept = _in_the_open(scene, receivers, corners, places, is_open)
+    before = kept.sum(axis=1)
+    kept = _thinned(kept, corners, leads_out, len(receivers))
     at = np.flatnonzero(kept.reshape(-1))
     face, place = np.divmod(at, len(PLACES))
     points = receivers.points[corners]
     area = np.linalg.norm(np.cross(points[:, 1] - points[:, 0], points[:, 2] - points[:, 0]), axis=1)
-    return Samples(inside[at], corners[face], PLACES[place], area[face] + np.finfo(float).tiny, covered)
+    weight = area * before / np.maximum(kept.sum(axis=1), 1) + np.finfo(float).tiny
+    return Samples(inside[at], corners[face], PLACES[place], weight[face], covered)
 
 
-def _placed(receivers: Receivers, corners: Int64, number: Int64) -> Receivers:
-    """Samples at all places of faces, face by face. Their random numbers follow those of the receivers."""
-    count = len(corners) * len(PLACES)
-    points = np.einsum("pk,fkc->fpc", PLACES, receivers.points[corners]).reshape(count, 3)
-    normals = np.einsum("pk,fkc->fpc", PLACES, receivers.normals[corners]).reshape(count, 3)
+def _suspects(
+    scene: RayScene,
+    receivers: Receivers,
+    edges: npt.NDArray[np.integer[Any]],
+    dark: Bools,
+    seed: int,
+    workers: Workers,
+) -> tuple[Bools, Bools]:
+    """(N,) which receivers are dark and see backs; and from which an edge passes through a face."""
+    in_solid, pierced = (np.zeros(len(receivers), dtype=np.bool_) for _ in range(2))
+    candidates = np.flatnonzero(dark)
+    if len(candidates):
+        _, backs = _probed(scene, receivers[candidates], seed, workers)
+        in_solid[candidates[backs > _SOME_BACKS]] = True
+    pierced[_pierced(scene, receivers, edges, workers)] = True
+    return in_solid, pierced
+
+
+def _open_in_parts(
+    scene: RayScene, receivers: Receivers, faces: Faces, suspected: Bools, seed: int, workers: Workers
+) -> Int64:
+    """Faces with a suspected corner; of those with three, which most often lie deep inside, such as a first look finds open."""
+    number = suspected[faces.corners].sum(axis=1)
+    deep = np.flatnonzero(number == 3)
+    if len(deep):
+        some = _placed(receivers, faces.corners[deep], faces.number[deep], _FIRST_LOOK)
+        sky, backs = (share.reshape(len(deep), -1) for share in _probed(scene, some, seed, workers))
+        number[deep[~((sky > 0.0) | (backs == 0.0)).any(axis=1)]] = 0
+    return np.flatnonzero(number)
+
+
+def _pierced(scene: RayScene, receivers: Receivers, edges: npt.NDArray[np.integer[Any]], workers: Workers) -> Int64:
+    """Receivers at the ends of edges that pass through a face."""
+    found = np.zeros(len(edges), dtype=np.bool_)
+
+    def work(part: slice) -> None:
+        start, end = receivers.points[edges[part, 0]], receivers.points[edges[part, 1]]
+        length = np.linalg.norm(end - start, axis=1)
+        normals = receivers.normals[edges[part]]
+        lift = _LIFT * length[:, None]
+        start, end = start + lift * normals[:, 0], end + lift * normals[:, 1]
+        way = (end - start) / np.where(length > 0.0, length, 1.0)[:, None]
+        hits, distance = scene.crossings(start.astype(np.float32), way.astype(np.float32))
+        found[part] = (hits.triangle >= 0) & (distance < length)
+
+    workers.run(len(edges), _EDGES_AT_A_TIME, work)
+    ends: Int64 = np.unique(edges[found])
+    return ends
+
+
+def _placed(receivers: Receivers, corners: Int64, number: Int64, where: Float64) -> Receivers:
+    """Samples at some places of faces, face by face. Their random numbers are no receiver's."""
+    count = len(corners) * len(where)
+    points = np.einsum("pk,fkc->fpc", where, receivers.points[corners]).reshape(count, 3)
+    normals = np.einsum("pk,fkc->fpc", where, receivers.normals[corners]).reshape(count, 3)
     length = np.linalg.norm(normals, axis=1, keepdims=True)
-    first = np.repeat(receivers.normals[corners[:, 0]], len(PLACES), axis=0)
+    first = np.repeat(receivers.normals[corners[:, 0]], len(where), axis=0)
     normals = np.where(length > 1e-6, normals / np.where(length > 1e-6, length, 1.0), first)
-    ids = (~number[:, None] * len(PLACES) - np.arange(len(PLACES))).reshape(-1)  # below zero: no receiver has them
-    skips = np.repeat(receivers.skips[corners].max(axis=1), len(PLACES))
+    ids = (~number[:, None] * len(PLACES) - np.arange(len(where))).reshape(-1)  # below zero: no receiver has them
+    skips = np.repeat(receivers.skips[corners].max(axis=1), len(where))
     return Receivers(points, normals, ids, skips)
 
 
@@ -164,9 +227,11 @@ def _probed(scene: RayScene, receivers: Receivers, seed: int, workers: Workers) 
 
 def _covered(
     scene: RayScene, receivers: Receivers, corners: Int64, places: Float64, is_open: Bools, suspected: Bools
-) -> Bools:
+) -> tuple[Bools, Bools]:
     """(N,) which receivers are covered: at half of their faces with an open part, at least, the way there leads out of
-    something."""
+    something; and (F, 3) at which corners of the faces that is so. The open part of another face may lie beside its corner in
+    the same cover, as below a floor of a single sheet.
+    """
     face, corner = np.nonzero(suspected[corners] & is_open.any(axis=1)[:, None])
     receiver = corners[face, corner]
     start = receivers.points[receiver]
@@ -175,12 +240,13 @@ def _covered(
     leaves = _leads_out(scene, start, places[face, nearest], normals)
     asked = np.bincount(receiver, minlength=len(receivers))
     covered: Bools = (asked > 0) & (2 * np.bincount(receiver, leaves, len(receivers)) >= asked)
-    return covered
+    leads_out = np.zeros(corners.shape, dtype=np.bool_)
+    leads_out[face, corner] = leaves & covered[receiver]
+    return covered, leads_out
 
 
-def _in_the_open(scene: RayScene, receivers: Receivers, corners: Int64, inside: Receivers, is_open: Bools) -> Bools:
+def _in_the_open(scene: RayScene, receivers: Receivers, corners: Int64, places: Float64, is_open: Bools) -> Bools:
     """(F, P) which samples are in the open: also those whose way to the nearest one that is leads out of nothing."""
-    places = inside.points.reshape(*is_open.shape, 3)
     face, place = np.nonzero(~is_open & is_open.any(axis=1)[:, None])
     start = places[face, place]
     nearest = _nearest(start, places[face], is_open[face])
@@ -188,6 +254,20 @@ def _in_the_open(scene: RayScene, receivers: Receivers, corners: Int64, inside: 
     kept = is_open.copy()
     kept[face, place] = ~leaves
     return kept
+
+
+def _thinned(kept: Bools, corners: Int64, leads_out: Bools, count: int) -> Bools:
+    """(F, P) as many of the samples as covered corners need, evenly: where a corner has many faces, few of each."""
+    face, corner = np.nonzero(leads_out)
+    faces_at = np.bincount(corners[face, corner], minlength=count)
+    wanted = np.zeros(len(kept), dtype=np.int64)
+    np.maximum.at(wanted, face, -(-_ENOUGH // faces_at[corners[face, corner]]))
+    have = kept.sum(axis=1, keepdims=True)
+    wanted = np.minimum(wanted[:, None], have)
+    rank = np.cumsum(kept, axis=1)  # of each kept sample, from 1
+    steps = rank * wanted // np.maximum(have, 1)
+    thinned: Bools = kept & (steps > (rank - 1) * wanted // np.maximum(have, 1))
+    return thinned
 
 
 def _nearest(start: Float64, places: Float64, allowed: Bools) -> Int64:

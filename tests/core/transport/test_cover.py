@@ -130,6 +130,19 @@ def test_ball_sunk_in_a_slab(detail):
     assert error(*sunk, above) < 1.5 * error(*free, above) + 5e-3
 
 
+@pytest.mark.parametrize("detail", [3, 4])
+def test_ball_sunk_in_a_sheet(detail):
+    """Below a floor that is a single sheet its vertices see the sky from below; above, nothing of that may show."""
+    ball, floor = moved(shapes.icosphere(detail), 0, 0, -0.05), shapes.grid(20, 6.0)
+    groups, occluders = scene_of((group_of(ball), ball), (group_of(floor), floor))
+
+    def above(points):
+        return points[:, 2] > 0.01
+
+    found = error(groups, occluders, above)
+    assert found < 0.015 and 4.0 * found < error(groups, occluders, above, fitted=False)
+
+
 def test_solids_sunk_into_one_another():
     """Three balls, each in the others; without the fit each is further off."""
     spheres = (((0, 0, 0), 1.0), ((0.8, 0, 0.3), 0.6), ((0.5, 0.5, 0.5), 0.5))
