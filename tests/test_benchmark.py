@@ -30,6 +30,7 @@ def test_bake_is_mostly_its_rays(results, mode, limit):
     result = results[f"over_its_rays {mode}"]
     assert 0.95 < result["ratio_here"]["cpu"] < limit
     assert result["ratio_here"]["cpu"] - 0.3 < result["ratio"]["cpu"] < limit + 1.0
+    assert result["ratio_here"]["cpu"] < result["ratio_mended"]["cpu"] < limit + 1.5
 
 
 def test_engine_starts_quickly(results):

@@ -35,6 +35,7 @@ def _bake(groups: Sequence[ReceiverGroup], occluders: Occluders, settings: BakeS
 def over_its_rays(mode: str, receivers: int, samples: int, turns: int) -> Result:
     """A whole bake in the engine's process, from its start to its end, over its rays alone."""
     groups, occluders = scenes.bake_input(scenes.court(receivers))
+    sunk, _ = scenes.bake_input(scenes.court(receivers), mended=True)
     settings = BakeSettings(mode, samples)
     problem = BakeProblem.of(groups, occluders, settings)
 
@@ -47,6 +48,7 @@ def over_its_rays(mode: str, receivers: int, samples: int, turns: int) -> Result
         lambda: timed(in_the_engine),
         lambda: rays_alone(groups, occluders, settings),
         _bake(groups, occluders, settings),
+        _bake(sunk, occluders, settings),
     ]
     times = by_turns(runs, turns)
     alone = median([turn[1] for turn in times])
@@ -56,6 +58,7 @@ def over_its_rays(mode: str, receivers: int, samples: int, turns: int) -> Result
         "samples": samples,
         "ratio": asdict(ratio(times, 0, 1)),
         "ratio_here": asdict(ratio(times, 2, 1)),
+        "ratio_mended": asdict(ratio(times, 3, 1)),
         "bake": asdict(median([turn[0] for turn in times])),
         "rays_alone": asdict(alone),
         "rays_per_second": problem.work.rays / alone.wall,

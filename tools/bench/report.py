@@ -54,6 +54,7 @@ def _over_its_rays(result: dict[str, Any]) -> Iterator[Row]:
     size = f"{result['receivers']:,} receivers, {result['samples']} samples"
     yield f"{what}, over its rays alone ({size})", _both(result["ratio"]), "<= 1.40" if bounced else "<= 1.22"
     yield "The same without a process of its own", _both(result["ratio_here"]), ""
+    yield "That with all receivers mended that are sunk into the ground", _both(result["ratio_mended"]), ""
 
 
 def _engine_start(result: dict[str, Any]) -> Iterator[Row]:

@@ -50,10 +50,21 @@ def court(receivers: int) -> list[Mesh]:
     ]
 
 
-def bake_input(meshes: list[Mesh]) -> tuple[list[ReceiverGroup], Occluders]:
-    """What `core.bake` takes: every vertex a receiver."""
+def bake_input(meshes: list[Mesh], mended: bool = False) -> tuple[list[ReceiverGroup], Occluders]:
+    """What `core.bake` takes: every vertex a receiver.
+
+    Args:
+        mended: whether receivers know their neighbours, so that what is sunk into the ground is mended.
+    """
     groups = [
-        ReceiverGroup(mesh.name, mesh.vertices, mesh.normals, mesh.radius, _edges(mesh.triangles), mesh.triangles)
+        ReceiverGroup(
+            mesh.name,
+            mesh.vertices,
+            mesh.normals,
+            mesh.radius,
+            _edges(mesh.triangles) if mended else None,
+            mesh.triangles if mended else None,
+        )
         for mesh in meshes
     ]
     starts = np.cumsum([0, *map(len, groups)])
