@@ -175,7 +175,7 @@ def test_a_cancel_is_quick_and_leaves_nothing(blender, part, stage, large, job_o
 
 def test_progress_counts_bounces_too(part, large, job_of):
     """It rises to the end, says what is done and how long it will take, and ends close to whole."""
-    job = job_of("INTERREFLECTED", 16)()
+    job = job_of("INTERREFLECTED", 96)()
     seen, texts = [], set()
     assert job.text == "preparing the rays"
     job.start()
