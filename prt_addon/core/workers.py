@@ -76,10 +76,13 @@ class _Uncounted(Monitor):
     """Passes a wish to stop on, and no work."""
 
     def __init__(self, monitor: Monitor) -> None:
-        self.check_cancelled = monitor.check_cancelled  # type: ignore[method-assign]
+        self._monitor = monitor
 
-    def advance(self, work: Work) -> None:
-        self.check_cancelled()
+    def advance(self, _work: Work) -> None:
+        self._monitor.check_cancelled()
+
+    def check_cancelled(self) -> None:
+        self._monitor.check_cancelled()
 
 
 def uncounted(workers: Workers) -> Workers:

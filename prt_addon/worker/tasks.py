@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -15,11 +15,12 @@ from ..core.bake.bake import BakeResult
 from ..core.bake.estimate import Estimate
 from ..core.bake.run import Run
 from ..core.bake.shards import Shard
-from ..core.monitor import Monitor, Work
+from ..core.monitor import Work
 from ..core.problem import BakeProblem
 from ..core.report.findings import Effort, Findings, find
 from ..core.report.heat import receiver_errors
 from ..core.report.subject import Light, Subject
+from ..core.workers import uncounted
 
 Float64 = npt.NDArray[np.float64]
 
@@ -55,7 +56,7 @@ def measure(
     subjects: Sequence[Subject], light: Light, effort: Effort, at_points: bool, at_receivers: bool, run: Run
 ) -> list[Measured]:
     """Measure baked objects, at points of their surfaces, at their receivers, or at both. An object counts as one ray."""
-    watching = replace(run.workers, monitor=_Uncounted(run.workers.monitor))
+    watching = uncounted(run.workers)  # how many rays a report takes is not known beforehand
     measured = []
     for subject in subjects:
         findings = find(subject, light, effort, watching) if at_points else None
@@ -63,16 +64,3 @@ def measure(
         measured.append(Measured(findings, errors))
         run.workers.monitor.advance(Work(rays=1))
     return measured
-
-
-class _Uncounted(Monitor):
-    """Stops work as another monitor does, and counts nothing: how many rays a report takes is not known beforehand."""
-
-    def __init__(self, monitor: Monitor) -> None:
-        self._monitor = monitor
-
-    def advance(self, _work: Work) -> None:
-        self._monitor.check_cancelled()
-
-    def check_cancelled(self) -> None:
-        self._monitor.check_cancelled()
