@@ -29,7 +29,7 @@ PYTEST = cd tests && ../$(VENV)/bin/python -m pytest
 demo: $(VENV)/.ready
 	$(VENV)/bin/python tools/demo.py $(if $(BLEND),--blend "$(BLEND)")
 
-test: build/.system-node $(VENV)/.ready
+test: build/.web $(VENV)/.ready
 	$(PYTEST) $(TESTS)
 
 check: $(VENV)/.ready $(LINT)/.ready
@@ -73,6 +73,10 @@ build/.system: tools/system.sh
 build/.system-node: tools/system.sh
 	tools/system.sh $(PYTHON) node
 	@mkdir -p build && touch $@ build/.system
+
+build/.web: web/package-lock.json | build/.system-node
+	cd web && npm ci --no-audit --no-fund --loglevel=error
+	touch $@
 
 $(VENV)/.ready: pyproject.toml | build/.system
 	@test -n "$(BPY)" || { echo "No bpy for Python $(PY): use PYTHON=python3.11 or PYTHON=python3.13."; exit 1; }

@@ -82,7 +82,7 @@ def test_zips_hold_the_same_extension_and_no_workshop(zips):
     [contents] = {tuple(sorted(n for n in names(path) if not n.endswith(".whl"))) for path in zips.values()}
     tops = {Path(name).parts[0] for name in contents}
     assert {"LICENSE", "README.md"} < tops
-    assert not tops & {"tests", "tools", "docs", "farm", "build", "dist", "Makefile", "pyproject.toml"}
+    assert not tops & {"tests", "tools", "web", "docs", "farm", "build", "dist", "Makefile", "pyproject.toml"}
     assert {Path(name).suffix for name in contents} == {".py", ".md", ".toml", ""}
     for part in ("operators", "prt_addon", "ui"):
         modules = {str(path.relative_to(headless.CHECKOUT)) for path in (headless.CHECKOUT / part).rglob("*.py")}

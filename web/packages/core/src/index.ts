@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: MIT
+// The package's public names.
+
+export * from "./harmonics.js";
+export * from "./layout.js";
+export * from "./matrix.js";
+export * from "./radiance.js";
+export * from "./shading.js";
+export * from "./sky.js";
+export * from "./turn.js";
+export * from "./view.js";

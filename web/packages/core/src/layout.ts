@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: MIT
+// What a bake stores on a mesh, as docs/formats.md has it: nine layers of four floats.
+
+/** Coefficients of bands 0 to 2. */
+export const COEFFICIENTS = 9;
+
+/** The layers' names in a glTF file. */
+export const LAYERS: readonly string[] = Array.from({ length: COEFFICIENTS }, (_, i) => `_PRT_${i}`);
+
+/** Alpha of the first layer, where there is transport. */
+export const BAKED_BELOW = -0.5;
+
+/** Alpha of the first layer, where the transport is in the object's own axes. */
+export const OWN_AXES_BELOW = -1.5;
+
+/** Nine RGB coefficients of a sky, one after the other: 27 numbers, linear radiance. */
+export type Light = Float64Array;
+
+export function lightOf(coefficients: readonly (readonly number[])[]): Light {
+  if (coefficients.length !== COEFFICIENTS || coefficients.some((rgb) => rgb.length !== 3)) {
+    throw new Error(`A light has ${COEFFICIENTS} RGB coefficients, and not these ${coefficients.length}.`);
+  }
+  return Float64Array.from(coefficients.flat());
+}
