@@ -21,6 +21,7 @@ from . import (
     shading,
     shards,
     sky,
+    web_page,
 )
 
 CLASSES = (
@@ -39,6 +40,7 @@ CLASSES = (
     *cubemap.CLASSES,
     *freeze.CLASSES,
     *interchange.CLASSES,
+    *web_page.CLASSES,
 )
 """In the order of the menu."""
 register, _unregister = bpy.utils.register_classes_factory(CLASSES)

@@ -83,7 +83,7 @@ def test_zips_hold_the_same_extension_and_no_workshop(zips):
     tops = {Path(name).parts[0] for name in contents}
     assert {"LICENSE", "README.md"} < tops
     assert not tops & {"tests", "tools", "web", "docs", "farm", "build", "dist", "Makefile", "pyproject.toml"}
-    assert {Path(name).suffix for name in contents} == {".py", ".md", ".toml", ""}
+    assert {Path(name).suffix for name in contents} == {".py", ".md", ".toml", ".html", ""}
     for part in ("operators", "prt_addon", "ui"):
         modules = {str(path.relative_to(headless.CHECKOUT)) for path in (headless.CHECKOUT / part).rglob("*.py")}
         assert modules == {name for name in contents if name.startswith(f"{part}/")}

@@ -21,6 +21,7 @@ class PRT_PT_files(Tab, bpy.types.Panel):
         column.operator("prt.import_cubemap", icon="IMPORT")
         column.operator("prt.import_games202", icon="IMPORT")
         column.operator("prt.export_games202", icon="EXPORT")
+        column.operator("prt.export_web_page", icon="WORLD")
         column.operator("prt.freeze", icon="FREEZE")
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Object > PRT: all operators, which F3 finds because they are in a menu."""
+"""Object > PRT: all operators, which F3 finds because they are in a menu; and File > Export > PRT Web Page."""
 
 from __future__ import annotations
 
@@ -41,16 +41,22 @@ def _draw_entry(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
     self.layout.menu(PRT_MT_object.bl_idname)
 
 
+def _draw_export(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
+    self.layout.operator("prt.export_web_page", text="PRT Web Page (.html)")
+
+
 CLASSES = (PRT_MT_skies, PRT_MT_object)
 
 
 def register() -> None:
-    """Append the entry."""
+    """Append the entries."""
     load_icons()
     bpy.types.VIEW3D_MT_object.append(_draw_entry)
+    bpy.types.TOPBAR_MT_file_export.append(_draw_export)
 
 
 def unregister() -> None:
-    """Take it out."""
+    """Take them out."""
+    bpy.types.TOPBAR_MT_file_export.remove(_draw_export)
     bpy.types.VIEW3D_MT_object.remove(_draw_entry)
     free_icons()

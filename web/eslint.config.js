@@ -8,7 +8,7 @@ export default tseslint.config(
   { ignores: ["**/node_modules/", "**/dist/"] },
   eslint.configs.recommended,
   ...tseslint.configs.strict,
-  { files: ["**/*.mjs", "**/*.js"], languageOptions: { globals: { process: "readonly", console: "readonly" } } },
+  { files: ["**/*.mjs", "**/*.js"], languageOptions: { globals: { process: "readonly", console: "readonly", URL: "readonly" } } },
   {
     rules: {
       "prefer-const": "error",

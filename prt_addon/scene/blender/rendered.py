@@ -70,7 +70,7 @@ def as_rendered(context: bpy.types.Context, read: Callable[[bpy.types.Depsgraph]
     scene, layer = context.scene, context.view_layer
     _Reader.read, _Reader.found, _Reader.failed = staticmethod(read), [], None
     with ExitStack() as kept:
-        for keep in (_handlers_silenced(), _picture_kept(), unkeyed_values(context), _registered()):
+        for keep in (_handlers_silenced(), picture_kept(), unkeyed_values(context), _registered()):
             kept.enter_context(keep)
         kept.enter_context(_with(scene.render, _SETTINGS))
         kept.enter_context(_with(layer, {"use": True}))
@@ -140,7 +140,7 @@ def _handlers_silenced() -> Iterator[None]:
 
 
 @contextmanager
-def _picture_kept() -> Iterator[None]:
+def picture_kept() -> Iterator[None]:
     """The person's last render stays: ours goes into a slot of its own, which can be found again but not removed."""
     picture = bpy.data.images.get(_PICTURE)
     slots = picture.render_slots if picture else None

@@ -11,7 +11,8 @@ from __future__ import annotations
 
 import copy
 import weakref
-from contextlib import ExitStack
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from typing import Any
 
 import bpy
@@ -120,6 +121,18 @@ class glTF2ExportUserExtension:
     def post_export_hook(self, _settings: dict[str, Any]) -> None:
         """Put the materials back."""
         self._undo.close()
+
+
+@contextmanager
+def with_transport(scene: bpy.types.Scene) -> Iterator[None]:
+    """Inside, exports hold transport and no light as vertex colours, whatever the person has chosen for exports as glTF."""
+    chosen = scene.prt.gltf
+    before = chosen.transport, chosen.light
+    chosen.transport, chosen.light = True, False
+    try:
+        yield
+    finally:
+        chosen.transport, chosen.light = before
 
 
 def extras(scene: bpy.types.Scene) -> dict[str, Any]:

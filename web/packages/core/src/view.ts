@@ -8,7 +8,7 @@ export function standard(linear: number): number {
 }
 
 /** Linear light where a table begins to be logarithmic, and where it ends: stops about middle grey, which is 0.18. */
-export const TABLE_TOE = 0.18 * 2 ** -8;
+export const TABLE_TOE = 0.18 * 2 ** -6;
 export const TABLE_TOP = 0.18 * 2 ** 8;
 
 /** Where in a table, in 0..1, the row of a linear value lies; a table is asked once per channel. */

@@ -1,0 +1,290 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The exported page in a real browser: its pixels against NumPy and against EEVEE, hands on it, and what it says."""
+
+import base64
+
+import numpy as np
+import pytest
+
+from tests.core.references import axis_angle, order2
+from tests.web.browser import Browser
+from tests.web.pages import ReadPage
+
+pytestmark = pytest.mark.once
+
+WIDTH, HEIGHT = 320, 180
+FADED_IN = "new Promise((done) => setTimeout(done, 900))"
+
+
+@pytest.fixture(scope="module")
+def browser():
+    found = Browser()
+    found.skip_if_missing()
+    return found
+
+
+def checker(blender, stage):
+    """A matte Principled BSDF coloured by a picture of sixteen squares."""
+    squares = np.indices((4, 4)).sum(axis=0) % 2
+    image = blender.data.images.new("Squares", 4, 4)
+    rgba = np.ones((4, 4, 4), dtype=np.float32)
+    rgba[..., :3] = np.where(squares[..., None], (0.9, 0.5, 0.2), (0.2, 0.3, 0.8))
+    image.pixels.foreach_set(rgba.ravel())
+    image.pack()
+    material = blender.data.materials.new("Squares")
+    stage.use_nodes(material)
+    tree = material.node_tree
+    shader = tree.nodes["Principled BSDF"]
+    shader.inputs["Specular IOR Level"].default_value = 0.0
+    texture = tree.nodes.new("ShaderNodeTexImage")
+    texture.image, texture.interpolation = image, "Closest"
+    tree.links.new(texture.outputs["Color"], shader.inputs["Base Color"])
+    return material
+
+
+@pytest.fixture
+def scene_of_all(blender, scene, stage):
+    """A ball on a checked floor, and a box with axes of its own, turned and scaled; a camera, a turned sky."""
+    _, mapping = stage.environment(stage.picture("Six", stage.six_coloured_sky(64)), strength=0.4)
+    mapping.inputs["Rotation"].default_value = (0.3, -0.5, 1.3)
+    ball = stage.object_of("Ball", stage.icosphere(4), stage.diffuse(), (0, 0, 1))
+    floor = stage.object_of("Floor", stage.grid(60, 3.0), checker(blender, stage))
+    floor.data.uv_layers.new()
+    places = np.array([floor.data.vertices[loop.vertex_index].co[:2] for loop in floor.data.loops]) / 6.0 + 0.5
+    floor.data.uv_layers[0].data.foreach_set("uv", places.ravel())
+    box = stage.object_of("Box", stage.cube(0.8), stage.diffuse("Other", (0.3, 0.6, 0.5)), (1.6, -0.9, 0.8))
+    box.rotation_euler, box.scale = (0.4, 0.3, 0.8), (1.0, 0.7, 1.4)
+    box.prt.space = "OBJECT"
+    camera = blender.data.objects.new("Camera", blender.data.cameras.new("Camera"))
+    camera.location, camera.rotation_euler = (4.0, -7.0, 4.2), (1.05, 0.0, 0.52)
+    scene.collection.objects.link(camera)
+    scene.camera = camera
+    scene.render.resolution_x, scene.render.resolution_y = WIDTH, HEIGHT
+    blender.ops.prt.bake(mode="INTERREFLECTED", samples=64)
+    assert ball.data.attributes.get("_PRT_0")
+    return scene
+
+
+@pytest.fixture
+def page(blender, scene_of_all, tmp_path):
+    path = tmp_path / "page.html"
+    blender.ops.prt.export_web_page(filepath=str(path), still=False, title="A scene")
+    return path
+
+
+def eevee(stage, scene, path):
+    """Its frame of the scene's view over nothing, (H, W, 4), without smoothing beyond the pixel."""
+    scene.render.film_transparent, scene.render.filter_size = True, 0.01
+    scene.eevee.taa_render_samples = 1
+    return stage.render(path)
+
+
+def radiance_of(values):
+    return values.reshape(HEIGHT, WIDTH, 4)
+
+
+def test_pixels_are_eevees(stage, scene_of_all, page, browser, tmp_path):
+    """As the world stood at the export, and with the sky turned in either: in linear light, within 3 %."""
+    shown = browser.open(
+        page,
+        [
+            f"prt.radiance({WIDTH}, {HEIGHT})",
+            "prt.shading = 'unshadowed'",
+            f"prt.radiance({WIDTH}, {HEIGHT})",
+        ],
+    )
+    ours, plain = radiance_of(shown[0]), radiance_of(shown[2])
+    wanted = eevee(stage, scene_of_all, tmp_path / "eevee.exr")
+    seen = (wanted[..., 3] > 0.999) & (ours[..., 3] > 0.999)
+    assert seen.mean() > 0.3 and ((wanted[..., 3] > 0.5) != (ours[..., 3] > 0.5)).mean() < 0.01
+    assert relative_rms(ours[seen], wanted[seen]) < 0.03
+    assert relative_rms(plain[seen], wanted[seen]) > 0.15
+
+
+def relative_rms(found, wanted):
+    difference = found[:, :3] - wanted[:, :3]
+    return np.sqrt((difference**2).mean() / (wanted[:, :3] ** 2).mean())
+
+
+def test_a_turn_of_the_sky_is_blenders(blender, stage, scene_of_all, page, browser, tmp_path):
+    """By 40 degrees in the page, and about the world's Z in Blender: the picture of the sky turns the same way."""
+    angle = np.radians(40.0)
+    shown = radiance_of(browser.open(page, [f"prt.turn = {angle}", f"prt.radiance({WIDTH}, {HEIGHT})"])[1])
+    turn = axis_angle((0, 0, 1), angle)
+    world = scene_of_all.world
+    mapping = next(node for node in world.node_tree.nodes if node.type == "MAPPING")
+    matrix = np.array([list(world[f"prt_turn_{axis}"]) for axis in "xyz"]).T @ turn.T
+    from mathutils import Matrix
+
+    mapping.inputs["Rotation"].default_value = Matrix(matrix).to_euler("XYZ")
+    blender.context.view_layer.update()
+    found = np.array([list(world[f"prt_turn_{axis}"]) for axis in "xyz"]).T
+    np.testing.assert_allclose(found, matrix, atol=1e-5)
+    wanted = eevee(stage, scene_of_all, tmp_path / "turned.exr")
+    seen = (wanted[..., 3] > 0.999) & (shown[..., 3] > 0.999)
+    assert relative_rms(shown[seen], wanted[seen]) < 0.03
+
+
+def test_pixels_are_numpys(blender, scene, stage, browser, tmp_path):
+    """A flat box without shadows: each side has one radiance, which its pixels have to 1e-5, the sky turned too."""
+    stage.environment(stage.picture("Six", stage.six_coloured_sky(32)), strength=0.4, mapping=False)
+    colour = (0.7, 0.3, 0.1)
+    stage.object_of("Box", stage.cube(), stage.diffuse(colour=colour))
+    blender.ops.prt.bake(mode="UNSHADOWED")
+    path = tmp_path / "box.html"
+    blender.ops.prt.export_web_page(filepath=str(path), still=False)
+    page, angle = ReadPage(path), 0.7
+    shown = browser.open(path, [f"prt.turn = {angle}", f"prt.radiance({WIDTH}, {HEIGHT})"])[1].reshape(-1, 4)
+    [sky] = page.description["skies"]
+    [primitive] = page.document["meshes"][0]["primitives"]
+    directions = np.random.default_rng(1).normal(size=(200, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    seen_along = directions @ np.array(sky["turn"]).T @ axis_angle((0, 0, 1), angle)  # R Rz(-angle) w
+    light = sky["strength"] * np.linalg.lstsq(order2(directions), order2(seen_along) @ sky["light"], rcond=None)[0]
+    wanted = np.array(colour) * np.einsum("nic,ic->nc", page.transport(primitive), light)
+    assert wanted.min() > 0.0
+    pixels = shown[shown[:, 3] == 1.0][:, :3]
+    nearest = np.abs(pixels[:, None] - wanted).max(axis=2)
+    assert nearest.min(axis=1).max() < 1e-5
+    sides = {tuple(np.round(wanted[index], 4)) for index in nearest.argmin(axis=1)}
+    assert len(sides) == 3
+
+
+def test_the_screen_shows_what_blender_shows(blender, stage, scene_of_all, browser, tmp_path):
+    """Through the scene's own view transform, its look and exposure."""
+    scene = scene_of_all
+    scene.view_settings.view_transform, scene.view_settings.look = "AgX", "AgX - Medium High Contrast"
+    scene.view_settings.exposure = 0.5
+    path, picture = tmp_path / "page.html", tmp_path / "screen.png"
+    blender.ops.prt.export_web_page(filepath=str(path), still=False)
+    browser.open(
+        path,
+        ["document.getElementById('panel').style.display = 'none'", FADED_IN, {"picture": str(picture)}],
+        WIDTH,
+        HEIGHT,
+    )
+    scene.render.film_transparent = False
+    scene.render.image_settings.file_format = "PNG"
+    scene.render.engine = stage.headless.eevee_engine()
+    scene.eevee.taa_render_samples = 16
+    scene.render.filepath = str(tmp_path / "eevee.png")
+    blender.ops.render.render(write_still=True)
+    from PIL import Image
+
+    ours, wanted = (
+        np.asarray(Image.open(file).convert("RGB"), dtype=float) for file in (picture, tmp_path / "eevee.png")
+    )
+    assert ours.shape == wanted.shape
+    difference = np.abs(ours - wanted)
+    assert difference.mean() < 2.5 and np.median(difference) <= 1.0
+
+
+def test_hands_on_the_scene(page, browser):
+    """Dragging looks around, shift and drag turns the sky, keys do both; a double click goes back."""
+    place = "prt.orbit.position"
+    dragged = {"drag": {"from": [100, 90], "to": [160, 100]}}
+    skyward = {"drag": {"from": [100, 90], "to": [160, 90], "keys": ["Shift"]}}
+    steps = [
+        place,
+        dragged,
+        place,
+        "prt.turn",
+        skyward,
+        "prt.turn",
+        place,
+        {"press": "2"},
+        "prt.shading",
+        {"press": "]"},
+        "prt.turn",
+        {"press": "Home"},
+        place,
+    ]
+    first, _, moved, before, _, turned, still, _, shading, _, further, _, back = browser.open(page, steps, 1000, 600)
+    assert np.linalg.norm(np.subtract(moved, first)) > 0.5
+    assert before == 0.0 and turned == pytest.approx(0.36) and further == pytest.approx(0.44)
+    np.testing.assert_allclose(still, moved)
+    assert shading == "unshadowed"
+    np.testing.assert_allclose(back, first, atol=1e-9)
+
+
+def hdr(sky):
+    from prt_addon.core.exchange.radiance import radiance_file
+
+    return base64.b64encode(radiance_file(sky.astype(np.float32))).decode()
+
+
+def test_a_dropped_panorama_lights_the_scene(stage, page, browser):
+    """It is projected as Blender would, listed and shown."""
+    from prt_addon.core.sky.projection import project_equirect
+
+    sky = stage.six_coloured_sky(64)[:, ::-1]
+    steps = [{"drop": {"name": "My sky.hdr", "data": hdr(sky)}}, "[...prt.skies[prt.sky].light]"]
+    steps += [
+        "[...document.getElementById('sky').options].map((one) => one.text)",
+        "document.getElementById('message').hidden",
+    ]
+    _, light, names, silent = browser.open(page, steps)
+    wanted = project_equirect(sky, interpolated=True)
+    np.testing.assert_allclose(np.reshape(light, (9, 3)), wanted, atol=0.01 * np.abs(wanted).max())
+    assert names == ["Six", "My sky"] and silent
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "said"),
+    [
+        ("broken.hdr", b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 64 +X 128\n\2\2\0\x80rest", "file is broken"),
+        ("other.hdr", b"\x89PNG\r\n\x1a\n", "no Radiance picture"),
+        ("photo.jpg", b"\xff\xd8\xff", "no .hdr file"),
+        ("square.hdr", base64.b64decode(hdr(np.ones((16, 16, 3)))), "twice as wide as high"),
+    ],
+)
+def test_a_broken_panorama_is_said(page, browser, name, data, said):
+    """In a sentence that names it; the sky stays."""
+    dropped = {"drop": {"name": name, "data": base64.b64encode(data).decode()}}
+    _, message, hidden, sky = browser.open(
+        page,
+        [
+            dropped,
+            "document.getElementById('message').textContent",
+            "document.getElementById('message').hidden",
+            "prt.sky",
+        ],
+    )
+    assert said in message and name in message and message.endswith(".") and not hidden and sky == 0
+
+
+def test_lost_graphics_come_back(page, browser):
+    """The browser may take them away at any time."""
+    lose = "new Promise((done) => { const lost = document.getElementById('canvas').getContext('webgl2').getExtension('WEBGL_lose_context');"
+    lose += " lost.loseContext(); setTimeout(() => lost.restoreContext(), 100); setTimeout(done, 800); })"
+    before, _, after = browser.open(
+        page, [f"prt.radiance({WIDTH}, {HEIGHT})", lose, f"prt.radiance({WIDTH}, {HEIGHT})"]
+    )
+    np.testing.assert_array_equal(before, after)
+    assert before.max() > 0.0
+
+
+def test_without_webgl_a_still_is_shown(blender, scene_of_all, browser, tmp_path):
+    path = tmp_path / "page.html"
+    blender.ops.prt.export_web_page(filepath=str(path))
+    steps = [
+        "document.getElementById('message').textContent",
+        "document.querySelector('#still img').getBoundingClientRect().width",
+    ]
+    message, width = browser.open(
+        path, steps, flags=["--disable-gpu", "--disable-software-rasterizer", "--disable-3d-apis"]
+    )
+    assert "no WebGL 2" in message and width == WIDTH
+
+
+def test_small_screens_get_a_folded_sheet(page, browser, tmp_path):
+    """At the bottom, as wide as the screen; nothing sticks out."""
+    steps = [
+        "document.getElementById('panel').classList.contains('folded')",
+        "(({left, right, bottom}) => [left, right, bottom])(document.getElementById('panel').getBoundingClientRect())",
+        "document.documentElement.scrollWidth",
+        "document.getElementById('fold').click()",
+        "document.getElementById('panel').scrollWidth <= document.getElementById('panel').clientWidth",
+    ]
+    folded, sides, across, _, fits = browser.open(page, steps, 390, 844, touch=True)
+    assert folded and sides == [0, 390, 844] and across == 390 and fits

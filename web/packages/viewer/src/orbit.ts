@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: MIT
+// The camera: it goes round a point, nearer and farther, with Z up, and begins where the scene's own stands.
+
+import { aboutZ, applied, type Matrix3, transposed, type Vector3 } from "@prt-relight/core";
+import { type Matrix4, product } from "./matrix4.js";
+import type { Model } from "./model.js";
+import type { Camera } from "./page.js";
+
+const STEEPEST = 1.55; // radians above and below the horizon
+
+export class Orbit {
+  private azimuth = 0;
+  private elevation = 0;
+  private distance = 1;
+  private target: Vector3 = [0, 0, 0];
+  private tangents: readonly [number, number] = [0.4, 0.4];
+  private readonly size: number;
+
+  constructor(private readonly model: Model, private readonly start: Camera | null) {
+    const { least, most } = model;
+    this.size = Math.hypot(most[0] - least[0], most[1] - least[1], most[2] - least[2]) || 1;
+    this.reset();
+  }
+
+  /** Back to the scene's own view; without one, all of the model from the front. */
+  reset(): void {
+    const { least, most } = this.model;
+    const centre: Vector3 = [(least[0] + most[0]) / 2, (least[1] + most[1]) / 2, (least[2] + most[2]) / 2];
+    if (!this.start) {
+      [this.azimuth, this.elevation, this.distance, this.target] = [-1.2, 0.3, 1.25 * this.size, centre];
+      return;
+    }
+    const { position, target, tangents } = this.start;
+    const away = [0, 1, 2].map((k) => position[k]! - target[k]!) as unknown as Vector3;
+    this.distance = Math.hypot(...away);
+    this.azimuth = Math.atan2(away[1], away[0]);
+    this.elevation = Math.asin(away[2] / this.distance);
+    this.target = target as unknown as Vector3;
+    this.tangents = tangents;
+  }
+
+  turn(azimuth: number, elevation: number): void {
+    this.azimuth += azimuth;
+    this.elevation = Math.min(Math.max(this.elevation + elevation, -STEEPEST), STEEPEST);
+  }
+
+  zoom(factor: number): void {
+    this.distance = Math.min(Math.max(this.distance * factor, 0.02 * this.size), 20 * this.size);
+  }
+
+  /** Moves what is looked at, by shares of the height that is seen. */
+  shift(right: number, up: number): void {
+    const [x, y] = this.axes(), step = 2 * this.tangents[1] * this.distance;
+    this.target = this.target.map((value, k) => value - step * (right * x[k]! + up * y[k]!)) as unknown as Vector3;
+  }
+
+  get position(): Vector3 {
+    const [, , z] = this.axes();
+    return this.target.map((value, k) => value + this.distance * z[k]!) as unknown as Vector3;
+  }
+
+  /** Columns: the camera's right, up and back, in the world. */
+  get rotation(): Matrix3 {
+    return transposed(this.axes().flat() as unknown as Matrix3);
+  }
+
+  /** Tangents of half the angles across and up: all that the scene's frame holds, whatever the shape of the window. */
+  seen(aspect: number): readonly [number, number] {
+    const [across, up] = this.tangents;
+    return aspect >= across / up ? [up * aspect, up] : [across, across / aspect];
+  }
+
+  /** From the world to what WebGL clips. */
+  clip(aspect: number): Matrix4 {
+    const [right, up, back] = this.axes(), eye = this.position;
+    const along = (axis: Vector3) => -(axis[0] * eye[0] + axis[1] * eye[1] + axis[2] * eye[2]);
+    const view = Float64Array.of(
+      right[0], up[0], back[0], 0, right[1], up[1], back[1], 0, right[2], up[2], back[2], 0,
+      along(right), along(up), along(back), 1,
+    );
+    const [x, y] = this.seen(aspect), [near, far] = this.depths(eye);
+    const projection = Float64Array.of(
+      1 / x, 0, 0, 0, 0, 1 / y, 0, 0, 0, 0, (far + near) / (near - far), -1, 0, 0, (2 * far * near) / (near - far), 0,
+    );
+    return product(projection, view);
+  }
+
+  /** Between which depths all of the model lies. */
+  private depths(eye: Vector3): [number, number] {
+    const { least, most } = this.model;
+    const away = Math.hypot(...eye.map((value, k) => value - (least[k]! + most[k]!) / 2));
+    return [Math.max(away - 0.6 * this.size, this.size / 1000), away + 0.6 * this.size];
+  }
+
+  private axes(): [Vector3, Vector3, Vector3] {
+    const cos = Math.cos(this.elevation), sin = Math.sin(this.elevation), turn = aboutZ(this.azimuth);
+    return [applied(turn, [0, 1, 0]), applied(turn, [-sin, 0, cos]), applied(turn, [cos, 0, sin])];
+  }
+}

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+// What the exporter has put into the page: the scene's description, and files in base64 and gzip.
+
+export interface SkyEntry {
+  readonly name: string;
+  /** Nine RGB coefficients, unturned and at strength 1. */
+  readonly light: readonly (readonly number[])[];
+  /** Rows of R: along w, the sky shows what its picture holds along R w. */
+  readonly turn: readonly (readonly number[])[];
+  readonly strength: number;
+  /** Identifier of the element that holds the .hdr file. */
+  readonly picture: string;
+}
+
+export interface ViewEntry {
+  readonly name: string;
+  readonly tip: string;
+  /** Identifier of the element that holds the table, three bytes a texel, red fastest; none for Standard. */
+  readonly table?: string;
+}
+
+export interface Camera {
+  readonly position: readonly number[];
+  readonly target: readonly number[];
+  /** Tangents of half the angles that the frame takes, across and up. */
+  readonly tangents: readonly [number, number];
+}
+
+export interface Description {
+  readonly title: string;
+  readonly camera: Camera | null;
+  readonly exposure: number;
+  readonly skies: readonly SkyEntry[];
+  readonly views: readonly ViewEntry[];
+  /** Index of the view to begin with. */
+  readonly view: number;
+}
+
+export function description(): Description {
+  return JSON.parse(textOf("prt-scene")) as Description;
+}
+
+/** The bytes of an embedded file. */
+export async function file(id: string): Promise<Uint8Array> {
+  const binary = atob(textOf(id));
+  const packed = new Uint8Array(binary.length);
+  for (let k = 0; k < binary.length; k++) packed[k] = binary.charCodeAt(k);
+  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
+
+function textOf(id: string): string {
+  const text = document.getElementById(id)?.textContent;
+  if (!text) throw new Error(`The page is not whole: its part "${id}" is missing. Export it again.`);
+  return text;
+}

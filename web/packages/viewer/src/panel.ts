@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: MIT
+// The panel: it shows the viewer's state and changes it, and takes panoramas that people bring.
+
+import { say } from "./message.js";
+import type { Shading } from "./renderer.js";
+import { openedSky } from "./sky.js";
+import type { Viewer } from "./viewer.js";
+
+const SHADINGS: readonly (readonly [Shading, string, string])[] = [
+  ["baked", "Baked", "With the shadows and bounces of the bake"],
+  ["unshadowed", "Unshadowed", "As without a bake: nothing blocks the sky"],
+  ["light", "Light only", "What white surfaces would show"],
+];
+
+export function element<Kind extends HTMLElement = HTMLElement>(id: string): Kind {
+  return document.getElementById(id) as Kind;
+}
+
+export function fillPanel(viewer: Viewer, title: string): void {
+  element("title").textContent = title;
+  const turn = slider("turn", (value) => (viewer.turn = (value * Math.PI) / 180));
+  const exposure = slider("exposure", (value) => (viewer.exposure = value));
+  const shading = choice("shading", SHADINGS.map(([, name, tip]) => [name, tip]), (index) => (viewer.shading = SHADINGS[index]![0]));
+  const view = choice("view", viewer.views.map(({ name, tip }) => [name, tip]), (index) => (viewer.view = index));
+  element("view").hidden = viewer.views.length < 2;
+  const sky = element<HTMLSelectElement>("sky");
+  sky.addEventListener("change", () => (viewer.sky = sky.selectedIndex));
+  const show = () => {
+    turn((180 / Math.PI) * viewer.turn, `${Math.round((180 / Math.PI) * viewer.turn)}°`);
+    exposure(viewer.exposure, `${viewer.exposure > 0 ? "+" : viewer.exposure < 0 ? "−" : ""}${Math.abs(viewer.exposure).toFixed(1)}`);
+    shading(SHADINGS.findIndex(([name]) => name === viewer.shading));
+    view(viewer.view);
+    while (sky.length < viewer.skies.length) sky.add(new Option(viewer.skies[sky.length]!.name));
+    sky.selectedIndex = viewer.sky;
+  };
+  viewer.addEventListener("change", show);
+  show();
+  takeFiles(viewer);
+  fold();
+}
+
+/** Wires a slider; the result shows a value on it, and in words beside it. */
+function slider(id: string, set: (value: number) => void): (value: number, text: string) => void {
+  const input = element<HTMLInputElement>(id), output = element(`${id}-value`);
+  input.addEventListener("input", () => set(input.valueAsNumber));
+  input.addEventListener("dblclick", () => set(0));
+  return (value, text) => {
+    input.valueAsNumber = value;
+    output.textContent = text;
+    const share = (input.valueAsNumber - Number(input.min)) / (Number(input.max) - Number(input.min));
+    input.style.setProperty("--filled", `${100 * share}%`);
+  };
+}
+
+/** Makes one button of a few that exclude each other; the result presses one. */
+function choice(id: string, names: readonly (readonly string[])[], set: (index: number) => void): (index: number) => void {
+  const inputs = names.map(([name, tip], index) => {
+    const label = document.createElement("label"), input = document.createElement("input"), text = document.createElement("span");
+    Object.assign(input, { type: "radio", name: id });
+    text.textContent = name!;
+    label.title = tip!;
+    label.append(input, text);
+    input.addEventListener("change", () => set(index));
+    element(id).append(label);
+    return input;
+  });
+  return (index) => inputs.forEach((input, k) => (input.checked = k === index));
+}
+
+function takeFiles(viewer: Viewer): void {
+  const input = element<HTMLInputElement>("file");
+  const open = async (file: File | undefined) => {
+    if (!file) return;
+    try {
+      viewer.add(await openedSky(file));
+      say("");
+    } catch (error) {
+      say((error as Error).message);
+    }
+  };
+  element("open").addEventListener("click", () => input.click());
+  input.addEventListener("change", () => {
+    void open(input.files?.[0]);
+    input.value = "";
+  });
+  const dropping = (is: boolean) => document.body.classList.toggle("dropping", is);
+  document.addEventListener("dragover", (event) => {
+    event.preventDefault();
+    dropping(true);
+  });
+  document.addEventListener("dragleave", (event) => {
+    if (!event.relatedTarget) dropping(false);
+  });
+  document.addEventListener("drop", (event) => {
+    event.preventDefault();
+    dropping(false);
+    void open(event.dataTransfer?.files[0]);
+  });
+}
+
+/** Small screens begin with the panel folded. */
+function fold(): void {
+  const panel = element("panel"), button = element("fold");
+  const toggle = () => button.setAttribute("aria-expanded", String(!panel.classList.toggle("folded")));
+  button.addEventListener("click", toggle);
+  document.addEventListener("keydown", (event) => {
+    if (event.key.toLowerCase() === "h" && !event.ctrlKey && !event.metaKey) panel.hidden = !panel.hidden;
+  });
+  if (matchMedia("(max-width: 620px), (max-height: 460px)").matches) toggle();
+  panel.hidden = false;
+}

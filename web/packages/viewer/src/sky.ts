@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+// A sky to light with: a picture, its light, and how it was turned and scaled in Blender.
+
+import { fromColumns, IDENTITY, type Light, lightOf, type Matrix3, type Picture, projected, readRadiance, transposed, type Vector3 } from "@prt-relight/core";
+import { file, type SkyEntry } from "./page.js";
+
+export interface Sky {
+  readonly name: string;
+  readonly light: Light;
+  /** Along w, the sky shows what its picture holds along `turn` w. */
+  readonly turn: Matrix3;
+  readonly strength: number;
+  readonly picture: Picture;
+}
+
+/** A sky that was exported with the page. */
+export async function embeddedSky(entry: SkyEntry): Promise<Sky> {
+  const [x, y, z] = entry.turn as [Vector3, Vector3, Vector3];
+  return {
+    name: entry.name,
+    light: lightOf(entry.light),
+    turn: transposed(fromColumns(x, y, z)),
+    strength: entry.strength,
+    picture: readRadiance(await file(entry.picture)),
+  };
+}
+
+/** A sky of a person's own; throws an Error whose message is a sentence. */
+export async function openedSky(chosen: File): Promise<Sky> {
+  if (!/\.hdr$/i.test(chosen.name)) {
+    throw new Error(`"${chosen.name}" is no .hdr file: panoramas in Radiance's format can be opened, others converted to it.`);
+  }
+  let picture: Picture;
+  try {
+    picture = readRadiance(new Uint8Array(await chosen.arrayBuffer()));
+  } catch (error) {
+    throw new Error(`"${chosen.name}" cannot be opened. ${(error as Error).message}`);
+  }
+  if (Math.abs(picture.width - 2 * picture.height) > 1) {
+    throw new Error(`"${chosen.name}" is ${picture.width} × ${picture.height}: a panorama is twice as wide as high.`);
+  }
+  const name = chosen.name.replace(/\.hdr$/i, "");
+  return { name, light: projected(picture), turn: IDENTITY, strength: 1, picture };
+}

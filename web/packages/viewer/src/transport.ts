@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+// Transport as the exporter packs it: whole numbers, green first, each the difference to the vertex before, in byte planes.
+
+import { COEFFICIENTS } from "@prt-relight/core";
+
+export const NUMBERS = 3 * COEFFICIENTS;
+
+/**
+ * Unpacks 27 numbers for each vertex: times the layer's scale they are transport. Packed are the low bytes of all numbers
+ * and then the high ones, number after number; red and blue are less green, and the sign is in the lowest bit.
+ */
+export function unpacked(planes: Uint8Array, vertices: number): Int16Array {
+  if (planes.length !== 2 * NUMBERS * vertices) throw new Error("The page is not whole: transport is missing. Export it again.");
+  const out = new Int16Array(NUMBERS * vertices), high = NUMBERS * vertices;
+  for (let number = 0, at = 0; number < NUMBERS; number++) {
+    for (let vertex = 0, value = 0; vertex < vertices; vertex++, at++) {
+      const code = planes[at]! | (planes[high + at]! << 8);
+      value += (code >> 1) ^ -(code & 1);
+      out[NUMBERS * vertex + number] = value;
+    }
+  }
+  for (let k = 0; k < out.length; k += 3) {
+    out[k]! += out[k + 1]!;
+    out[k + 2]! += out[k + 1]!;
+  }
+  return out;
+}

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: MIT
+// The state of the page: which sky, turned how far, seen from where and shown how. Draws when something has changed.
+
+import { aboutZ, multiplied } from "@prt-relight/core";
+import type { Model } from "./model.js";
+import { Orbit } from "./orbit.js";
+import type { Description } from "./page.js";
+import { Renderer, type Frame, type Shading } from "./renderer.js";
+import type { Sky } from "./sky.js";
+
+export interface View {
+  readonly name: string;
+  readonly tip: string;
+  readonly table: Uint8Array | null;
+}
+
+export class Viewer extends EventTarget {
+  readonly orbit: Orbit;
+  readonly skies: Sky[];
+  private renderer: Renderer | null = null;
+  private chosen = 0;
+  private angle = 0;
+  private stops: number;
+  private shown: Shading = "baked";
+  private through: number;
+  private waiting = false;
+
+  constructor(
+    private readonly canvas: HTMLCanvasElement,
+    gl: WebGL2RenderingContext,
+    model: Model,
+    skies: readonly Sky[],
+    readonly views: readonly View[],
+    page: Description,
+  ) {
+    super();
+    this.skies = [...skies];
+    this.stops = page.exposure;
+    this.through = page.view;
+    this.orbit = new Orbit(model, page.camera);
+    this.renderer = new Renderer(gl, model);
+    canvas.addEventListener("webglcontextlost", (event) => {
+      event.preventDefault();
+      this.renderer = null;
+    });
+    canvas.addEventListener("webglcontextrestored", () => {
+      this.renderer = new Renderer(gl, model);
+      this.redraw();
+    });
+    new ResizeObserver(() => this.redraw()).observe(canvas);
+  }
+
+  /** Index of the sky. */
+  get sky(): number { return this.chosen; }
+  set sky(index: number) { this.chosen = index; this.redraw(); }
+
+  /** How far the sky is turned about Z, in radians from how it stood in Blender, -pi to pi. */
+  get turn(): number { return this.angle; }
+  set turn(angle: number) { this.angle = angle - 2 * Math.PI * Math.round(angle / (2 * Math.PI)); this.redraw(); }
+
+  /** In stops. */
+  get exposure(): number { return this.stops; }
+  set exposure(stops: number) { this.stops = stops; this.redraw(); }
+
+  get shading(): Shading { return this.shown; }
+  set shading(shading: Shading) { this.shown = shading; this.redraw(); }
+
+  /** Index of the view transform. */
+  get view(): number { return this.through; }
+  set view(index: number) { this.through = index; this.redraw(); }
+
+  /** Adds a sky to the list, and lights with it. */
+  add(sky: Sky): void {
+    this.skies.push(sky);
+    this.sky = this.skies.length - 1;
+  }
+
+  /** Draws with the next frame of the screen, and tells listeners of `change`. */
+  redraw(): void {
+    if (this.waiting) return;
+    this.waiting = true;
+    requestAnimationFrame(() => {
+      this.waiting = false;
+      this.draw();
+      this.dispatchEvent(new Event("change"));
+    });
+  }
+
+  /** Draws now. */
+  draw(): void {
+    const { canvas } = this, ratio = Math.min(window.devicePixelRatio || 1, 2);
+    const width = Math.max(1, Math.round(canvas.clientWidth * ratio)), height = Math.max(1, Math.round(canvas.clientHeight * ratio));
+    if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
+    this.renderer?.draw(this.frame, this.orbit);
+  }
+
+  /** Linear light without the sky: four floats a pixel, the lowest row first. */
+  radiance(width: number, height: number): Float32Array {
+    if (!this.renderer) throw new Error("The browser has lost its graphics.");
+    return this.renderer.radiance(this.frame, this.orbit, width, height);
+  }
+
+  private get frame(): Frame {
+    const sky = this.skies[this.chosen]!;
+    return {
+      sky,
+      turn: multiplied(sky.turn, aboutZ(-this.angle)),
+      exposure: this.stops,
+      shading: this.shown,
+      table: this.views[this.through]!.table,
+    };
+  }
+}

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+// The camera: where it begins, and what it keeps in sight.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import type { Vector3 } from "@prt-relight/core";
+import { transformed, type Matrix4 } from "../src/matrix4.js";
+import { Orbit } from "../src/orbit.js";
+
+const MODEL = { instances: [], least: [-1, -1, 0] as Vector3, most: [1, 1, 2] as Vector3 };
+const CAMERA = { position: [3, -8, 4], target: [0, 0, 1], tangents: [0.3, 0.2] as const };
+
+function seenAt(clip: Matrix4, [x, y, z]: Vector3): Vector3 {
+  const w = clip[3]! * x + clip[7]! * y + clip[11]! * z + clip[15]!;
+  return transformed(clip, [x, y, z]).map((value) => value / w) as unknown as Vector3;
+}
+
+test("it begins at the scene's camera, and looks at its target", () => {
+  const orbit = new Orbit(MODEL, CAMERA);
+  orbit.position.forEach((value, k) => assert.ok(Math.abs(value - CAMERA.position[k]!) < 1e-12));
+  const [x, y, depth] = seenAt(orbit.clip(1.5), [0, 0, 1]);
+  assert.ok(Math.abs(x) < 1e-12 && Math.abs(y) < 1e-12 && Math.abs(depth) < 1);
+});
+
+test("windows of any shape hold the frame of the scene's camera", () => {
+  const orbit = new Orbit(MODEL, CAMERA);
+  for (const aspect of [0.3, 1, 1.5, 4]) {
+    const [across, up] = orbit.seen(aspect);
+    assert.ok(across >= 0.3 - 1e-12 && up >= 0.2 - 1e-12 && Math.abs(across / up - aspect) < 1e-12);
+    assert.ok(Math.abs(across - 0.3) < 1e-12 || Math.abs(up - 0.2) < 1e-12);
+  }
+});
+
+test("the model stays between the planes that clip, however near it goes", () => {
+  for (const factor of [0.01, 0.3, 1, 30]) {
+    const orbit = new Orbit(MODEL, CAMERA);
+    orbit.zoom(factor);
+    orbit.turn(1, 5);
+    const clip = orbit.clip(1);
+    for (const x of [-1, 1]) for (const y of [-1, 1]) for (const z of [0, 2]) {
+      const corner: Vector3 = [x, y, z], w = clip[3]! * x + clip[7]! * y + clip[11]! * z + clip[15]!;
+      if (w > 0.05) assert.ok(Math.abs(seenAt(clip, corner)[2]) <= 1);
+    }
+  }
+});
+
+test("without a camera it sees all of the model, and comes back after turns", () => {
+  const orbit = new Orbit(MODEL, null), before = orbit.position;
+  orbit.turn(0.4, -0.2);
+  orbit.shift(0.2, 0.1);
+  assert.notDeepEqual(orbit.position, before);
+  orbit.reset();
+  assert.deepEqual(orbit.position, before);
+  for (const x of [-1, 1]) for (const y of [-1, 1]) for (const z of [0, 2]) {
+    const [across, up] = seenAt(orbit.clip(1), [x, y, z]);
+    assert.ok(Math.abs(across) < 1 && Math.abs(up) < 1);
+  }
+});
+
+test("up is up: right of the camera stays level", () => {
+  const orbit = new Orbit(MODEL, CAMERA);
+  orbit.turn(2, 0.7);
+  assert.ok(Math.abs(orbit.rotation[6]) < 1e-12 && orbit.rotation[7] > 0);
+});
