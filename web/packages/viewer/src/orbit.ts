@@ -64,23 +64,27 @@ export class Orbit {
     return transposed(this.axes().flat() as unknown as Matrix3);
   }
 
-  /** Tangents of half the angles across and up: all that the scene's frame holds, whatever the shape of the window. */
-  seen(aspect: number): readonly [number, number] {
-    const [across, up] = this.tangents;
-    return aspect >= across / up ? [up * aspect, up] : [across, across / aspect];
+  /**
+   * Tangents of half the angles across and up: all that the scene's frame holds, whatever the shape of the window, and
+   * above the share of it that is covered from below.
+   */
+  seen(aspect: number, covered = 0): readonly [number, number] {
+    const [across, up] = this.tangents, free = aspect / (1 - covered);
+    const width = free >= across / up ? up * free : across;
+    return [width, width / aspect];
   }
 
   /** From the world to what WebGL clips. */
-  clip(aspect: number): Matrix4 {
+  clip(aspect: number, covered = 0): Matrix4 {
     const [right, up, back] = this.axes(), eye = this.position;
     const along = (axis: Vector3) => -(axis[0] * eye[0] + axis[1] * eye[1] + axis[2] * eye[2]);
     const view = Float64Array.of(
       right[0], up[0], back[0], 0, right[1], up[1], back[1], 0, right[2], up[2], back[2], 0,
       along(right), along(up), along(back), 1,
     );
-    const [x, y] = this.seen(aspect), [near, far] = this.depths(eye);
+    const [x, y] = this.seen(aspect, covered), [near, far] = this.depths(eye);
     const projection = Float64Array.of(
-      1 / x, 0, 0, 0, 0, 1 / y, 0, 0, 0, 0, (far + near) / (near - far), -1, 0, 0, (2 * far * near) / (near - far), 0,
+      1 / x, 0, 0, 0, 0, 1 / y, 0, 0, 0, -covered, (far + near) / (near - far), -1, 0, 0, (2 * far * near) / (near - far), 0,
     );
     return product(projection, view);
   }

@@ -12,6 +12,8 @@ const SHADINGS: readonly (readonly [Shading, string, string])[] = [
   ["light", "Light only", "What white surfaces would show"],
 ];
 
+const SMALL = matchMedia("(max-width: 620px), (max-height: 460px)");
+
 export function element<Kind extends HTMLElement = HTMLElement>(id: string): Kind {
   return document.getElementById(id) as Kind;
 }
@@ -36,7 +38,7 @@ export function fillPanel(viewer: Viewer, title: string): void {
   viewer.addEventListener("change", show);
   show();
   takeFiles(viewer);
-  fold();
+  fold(viewer);
 }
 
 /** Wires a slider; the result shows a value on it, and in words beside it. */
@@ -98,14 +100,17 @@ function takeFiles(viewer: Viewer): void {
   });
 }
 
-/** Small screens begin with the panel folded. */
-function fold(): void {
+/** Small screens have the panel at the bottom, folded to begin with; the scene goes above it. */
+function fold(viewer: Viewer): void {
   const panel = element("panel"), button = element("fold");
   const toggle = () => button.setAttribute("aria-expanded", String(!panel.classList.toggle("folded")));
   button.addEventListener("click", toggle);
   document.addEventListener("keydown", (event) => {
     if (event.key.toLowerCase() === "h" && !event.ctrlKey && !event.metaKey) panel.hidden = !panel.hidden;
   });
-  if (matchMedia("(max-width: 620px), (max-height: 460px)").matches) toggle();
+  if (SMALL.matches) toggle();
   panel.hidden = false;
+  const cover = () => (viewer.covered = SMALL.matches ? Math.min(panel.offsetHeight / window.innerHeight, 0.7) : 0);
+  new ResizeObserver(cover).observe(panel);
+  window.addEventListener("resize", cover);
 }

@@ -43,10 +43,10 @@ export class Renderer {
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, 1, 1, 0, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array([255, 255, 255, 255]));
   }
 
-  /** Draws a frame into the canvas. */
-  draw(frame: Frame, orbit: Orbit): void {
+  /** Draws a frame into the canvas, of which a share is covered from below. */
+  draw(frame: Frame, orbit: Orbit, covered: number): void {
     const { drawingBufferWidth: width, drawingBufferHeight: height } = this.gl;
-    this.drawInto(null, width, height, frame, orbit, frame.table ? 2 : 1);
+    this.drawInto(null, width, height, frame, orbit, frame.table ? 2 : 1, covered);
   }
 
   /**
@@ -72,18 +72,18 @@ export class Renderer {
     return pixels;
   }
 
-  private drawInto(target: WebGLFramebuffer | null, width: number, height: number, frame: Frame, orbit: Orbit, view: number): void {
+  private drawInto(target: WebGLFramebuffer | null, width: number, height: number, frame: Frame, orbit: Orbit, view: number, covered = 0): void {
     const { gl } = this, aspect = width / height;
     gl.bindFramebuffer(gl.FRAMEBUFFER, target);
     gl.viewport(0, 0, width, height);
     gl.clearColor(0, 0, 0, 0);
     gl.depthMask(true);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-    if (view) this.drawSky(frame, orbit, aspect, view);
+    if (view) this.drawSky(frame, orbit, aspect, view, covered);
     gl.enable(gl.DEPTH_TEST);
     gl.useProgram(this.mesh.program);
     this.setDisplay(this.mesh, frame, view);
-    gl.uniformMatrix4fv(this.mesh.uniforms["clip"]!, false, Float32Array.from(orbit.clip(aspect)));
+    gl.uniformMatrix4fv(this.mesh.uniforms["clip"]!, false, Float32Array.from(orbit.clip(aspect, covered)));
     gl.uniform1i(this.mesh.uniforms["white"]!, Number(frame.shading === "light"));
     const light = scaled(turned(frame.sky.light, frame.turn), frame.sky.strength);
     for (const instance of this.ordered(orbit.position)) this.drawInstance(instance, light, frame.shading);
@@ -133,13 +133,13 @@ export class Renderer {
     gl[material.doubleSided ? "disable" : "enable"](gl.CULL_FACE);
   }
 
-  private drawSky(frame: Frame, orbit: Orbit, aspect: number, view: number): void {
+  private drawSky(frame: Frame, orbit: Orbit, aspect: number, view: number, covered: number): void {
     const { gl } = this, { uniforms } = this.sky;
     gl.disable(gl.DEPTH_TEST);
     gl.bindVertexArray(null);
     gl.useProgram(this.sky.program);
     this.setDisplay(this.sky, frame, view);
-    gl.uniform2fv(uniforms["tangents"]!, orbit.seen(aspect) as [number, number]);
+    gl.uniform3f(uniforms["tangents"]!, ...orbit.seen(aspect, covered), covered);
     gl.uniformMatrix3fv(uniforms["toPicture"]!, true, Float32Array.from(multiplied(frame.turn, orbit.rotation)));
     gl.uniform1f(uniforms["strength"]!, frame.sky.strength);
     this.bind(0, gl.TEXTURE_2D, this.skyOf(frame.sky), this.sky, "picture");

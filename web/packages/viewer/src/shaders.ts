@@ -86,12 +86,12 @@ void main() {
 }`;
 
 export const SKY_VERTEX = `${HEAD}
-uniform vec2 tangents;
+uniform vec3 tangents; // across, up, and how far the middle is lifted
 uniform mat3 toPicture;
 out vec3 direction;
 void main() {
   vec2 corner = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
-  direction = toPicture * vec3(corner * tangents, -1.0);
+  direction = toPicture * vec3((corner - vec2(0.0, tangents.z)) * tangents.xy, -1.0);
   gl_Position = vec4(corner, 1.0, 1.0);
 }`;
 

@@ -24,6 +24,7 @@ export class Viewer extends EventTarget {
   private shown: Shading = "baked";
   private through: number;
   private waiting = false;
+  private hidden = 0;
 
   constructor(
     private readonly canvas: HTMLCanvasElement,
@@ -69,6 +70,10 @@ export class Viewer extends EventTarget {
   get view(): number { return this.through; }
   set view(index: number) { this.through = index; this.redraw(); }
 
+  /** Which share of the canvas is covered from below. */
+  get covered(): number { return this.hidden; }
+  set covered(share: number) { this.hidden = share; this.redraw(); }
+
   /** Adds a sky to the list, and lights with it. */
   add(sky: Sky): void {
     this.skies.push(sky);
@@ -91,7 +96,7 @@ export class Viewer extends EventTarget {
     const { canvas } = this, ratio = Math.min(window.devicePixelRatio || 1, 2);
     const width = Math.max(1, Math.round(canvas.clientWidth * ratio)), height = Math.max(1, Math.round(canvas.clientHeight * ratio));
     if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
-    this.renderer?.draw(this.frame, this.orbit);
+    this.renderer?.draw(this.frame, this.orbit, this.covered);
   }
 
   /** Linear light without the sky: four floats a pixel, the lowest row first. */

@@ -31,6 +31,16 @@ test("windows of any shape hold the frame of the scene's camera", () => {
   }
 });
 
+test("above what is covered, all of the frame stays in sight", () => {
+  const orbit = new Orbit(MODEL, CAMERA);
+  for (const covered of [0.2, 0.6]) {
+    const [x, y] = seenAt(orbit.clip(0.5, covered), [0, 0, 1]);
+    assert.ok(Math.abs(x) < 1e-12 && Math.abs(y - covered) < 1e-12); // the middle of what is free
+    const [across, up] = orbit.seen(0.5, covered);
+    assert.ok(across >= 0.3 - 1e-12 && up * (1 - covered) >= 0.2 - 1e-12 && Math.abs(across / up - 0.5) < 1e-12);
+  }
+});
+
 test("the model stays between the planes that clip, however near it goes", () => {
   for (const factor of [0.01, 0.3, 1, 30]) {
     const orbit = new Orbit(MODEL, CAMERA);
