@@ -7,62 +7,12 @@ import numpy as np
 import pytest
 
 from tests.core.references import axis_angle, order2
-from tests.web.browser import Browser
 from tests.web.pages import ReadPage
+from tests.web.views import HEIGHT, WIDTH, eevee, relative_rms
 
 pytestmark = pytest.mark.once
 
-WIDTH, HEIGHT = 320, 180
 FADED_IN = "new Promise((done) => setTimeout(done, 900))"
-
-
-@pytest.fixture(scope="module")
-def browser():
-    found = Browser()
-    found.skip_if_missing()
-    return found
-
-
-def checker(blender, stage):
-    """A matte Principled BSDF coloured by a picture of sixteen squares."""
-    squares = np.indices((4, 4)).sum(axis=0) % 2
-    image = blender.data.images.new("Squares", 4, 4)
-    rgba = np.ones((4, 4, 4), dtype=np.float32)
-    rgba[..., :3] = np.where(squares[..., None], (0.9, 0.5, 0.2), (0.2, 0.3, 0.8))
-    image.pixels.foreach_set(rgba.ravel())
-    image.pack()
-    material = blender.data.materials.new("Squares")
-    stage.use_nodes(material)
-    tree = material.node_tree
-    shader = tree.nodes["Principled BSDF"]
-    shader.inputs["Specular IOR Level"].default_value = 0.0
-    texture = tree.nodes.new("ShaderNodeTexImage")
-    texture.image, texture.interpolation = image, "Closest"
-    tree.links.new(texture.outputs["Color"], shader.inputs["Base Color"])
-    return material
-
-
-@pytest.fixture
-def scene_of_all(blender, scene, stage):
-    """A ball on a checked floor, and a box with axes of its own, turned and scaled; a camera, a turned sky."""
-    _, mapping = stage.environment(stage.picture("Six", stage.six_coloured_sky(64)), strength=0.4)
-    mapping.inputs["Rotation"].default_value = (0.3, -0.5, 1.3)
-    ball = stage.object_of("Ball", stage.icosphere(4), stage.diffuse(), (0, 0, 1))
-    floor = stage.object_of("Floor", stage.grid(60, 3.0), checker(blender, stage))
-    floor.data.uv_layers.new()
-    places = np.array([floor.data.vertices[loop.vertex_index].co[:2] for loop in floor.data.loops]) / 6.0 + 0.5
-    floor.data.uv_layers[0].data.foreach_set("uv", places.ravel())
-    box = stage.object_of("Box", stage.cube(0.8), stage.diffuse("Other", (0.3, 0.6, 0.5)), (1.6, -0.9, 0.8))
-    box.rotation_euler, box.scale = (0.4, 0.3, 0.8), (1.0, 0.7, 1.4)
-    box.prt.space = "OBJECT"
-    camera = blender.data.objects.new("Camera", blender.data.cameras.new("Camera"))
-    camera.location, camera.rotation_euler = (4.0, -7.0, 4.2), (1.05, 0.0, 0.52)
-    scene.collection.objects.link(camera)
-    scene.camera = camera
-    scene.render.resolution_x, scene.render.resolution_y = WIDTH, HEIGHT
-    blender.ops.prt.bake(mode="INTERREFLECTED", samples=64)
-    assert ball.data.attributes.get("_PRT_0")
-    return scene
 
 
 @pytest.fixture
@@ -70,13 +20,6 @@ def page(blender, scene_of_all, tmp_path):
     path = tmp_path / "page.html"
     blender.ops.prt.export_web_page(filepath=str(path), still=False, title="A scene")
     return path
-
-
-def eevee(stage, scene, path):
-    """Its frame of the scene's view over nothing, (H, W, 4), without smoothing beyond the pixel."""
-    scene.render.film_transparent, scene.render.filter_size = True, 0.01
-    scene.eevee.taa_render_samples = 1
-    return stage.render(path)
 
 
 def radiance_of(values):
@@ -99,11 +42,6 @@ def test_pixels_are_eevees(stage, scene_of_all, page, browser, tmp_path):
     assert seen.mean() > 0.3 and ((wanted[..., 3] > 0.5) != (ours[..., 3] > 0.5)).mean() < 0.01
     assert relative_rms(ours[seen], wanted[seen]) < 0.03
     assert relative_rms(plain[seen], wanted[seen]) > 0.15
-
-
-def relative_rms(found, wanted):
-    difference = found[:, :3] - wanted[:, :3]
-    return np.sqrt((difference**2).mean() / (wanted[:, :3] ** 2).mean())
 
 
 def test_a_turn_of_the_sky_is_blenders(blender, stage, scene_of_all, page, browser, tmp_path):

@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A browser, and a scene with all that pages show."""
+
+import numpy as np
+import pytest
+
+from tests.web.browser import Browser
+from tests.web.views import HEIGHT, WIDTH
+
+
+@pytest.fixture(scope="module")
+def browser():
+    found = Browser()
+    found.skip_if_missing()
+    return found
+
+
+def matte(blender, stage, name, colour):
+    """A Principled BSDF without gloss: what glTF knows."""
+    material = blender.data.materials.new(name)
+    stage.use_nodes(material)
+    shader = material.node_tree.nodes["Principled BSDF"]
+    shader.inputs["Base Color"].default_value = (*colour, 1.0)
+    shader.inputs["Specular IOR Level"].default_value = 0.0
+    return material
+
+
+def checker(blender, stage):
+    """A matte Principled BSDF coloured by a picture of sixteen squares."""
+    squares = np.indices((4, 4)).sum(axis=0) % 2
+    image = blender.data.images.new("Squares", 4, 4)
+    rgba = np.ones((4, 4, 4), dtype=np.float32)
+    rgba[..., :3] = np.where(squares[..., None], (0.9, 0.5, 0.2), (0.2, 0.3, 0.8))
+    image.pixels.foreach_set(rgba.ravel())
+    image.pack()
+    material = matte(blender, stage, "Squares", (1.0, 1.0, 1.0))
+    tree = material.node_tree
+    texture = tree.nodes.new("ShaderNodeTexImage")
+    texture.image, texture.interpolation = image, "Closest"
+    tree.links.new(texture.outputs["Color"], tree.nodes["Principled BSDF"].inputs["Base Color"])
+    return material
+
+
+@pytest.fixture
+def scene_of_all(blender, scene, stage):
+    """A ball on a checked floor, and a box with axes of its own, turned and scaled; a camera, a turned sky."""
+    _, mapping = stage.environment(stage.picture("Six", stage.six_coloured_sky(64)), strength=0.4)
+    mapping.inputs["Rotation"].default_value = (0.3, -0.5, 1.3)
+    ball = stage.object_of("Ball", stage.icosphere(4), matte(blender, stage, "Clay", (0.8, 0.5, 0.2)), (0, 0, 1))
+    floor = stage.object_of("Floor", stage.grid(60, 3.0), checker(blender, stage))
+    floor.data.uv_layers.new()
+    places = np.array([floor.data.vertices[loop.vertex_index].co[:2] for loop in floor.data.loops]) / 6.0 + 0.5
+    floor.data.uv_layers[0].data.foreach_set("uv", places.ravel())
+    box = stage.object_of("Box", stage.cube(0.8), matte(blender, stage, "Other", (0.3, 0.6, 0.5)), (1.6, -0.9, 0.8))
+    box.rotation_euler, box.scale = (0.4, 0.3, 0.8), (1.0, 0.7, 1.4)
+    box.prt.space = "OBJECT"
+    camera = blender.data.objects.new("Camera", blender.data.cameras.new("Camera"))
+    camera.location, camera.rotation_euler = (4.0, -7.0, 4.2), (1.05, 0.0, 0.52)
+    scene.collection.objects.link(camera)
+    scene.camera = camera
+    scene.render.resolution_x, scene.render.resolution_y = WIDTH, HEIGHT
+    blender.ops.prt.bake(mode="INTERREFLECTED", samples=64)
+    assert ball.data.attributes.get("_PRT_0")
+    return scene

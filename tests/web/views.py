@@ -1,0 +1,18 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Pictures of the same view, by EEVEE and by others, compared."""
+
+import numpy as np
+
+WIDTH, HEIGHT = 320, 180
+
+
+def eevee(stage, scene, path):
+    """Its frame of the scene's view over nothing, (H, W, 4), without smoothing beyond the pixel."""
+    scene.render.film_transparent, scene.render.filter_size = True, 0.01
+    scene.eevee.taa_render_samples = 1
+    return stage.render(path)
+
+
+def relative_rms(found, wanted):
+    difference = found[:, :3] - wanted[:, :3]
+    return np.sqrt((difference**2).mean() / (wanted[:, :3] ** 2).mean())
