@@ -9,6 +9,7 @@ from bpy_extras.io_utils import ExportHelper
 
 from ..prt_addon.core.errors import PRTError
 from ..prt_addon.core.notices import counted
+from ..prt_addon.scene.bake import freshness
 from ..prt_addon.scene.export.web_page import PageSettings, export_page
 from ..prt_addon.scene.settings import absolute_path
 from ..prt_addon.scene.sky.studio import studio_skies
@@ -65,6 +66,12 @@ class PRT_OT_export_web_page(WhenIdle, ExportHelper, bpy.types.Operator):
         page = export_page(context, path, settings)
         for one in counted(page.notices):
             self.report({one.kind.level}, one.sentence)
+        for ob in page.baked:
+            causes = freshness.glance(context, ob).causes
+            if stale := [phrase for cause, phrase in causes.items() if cause != "SETTINGS"]:
+                self.report(
+                    {"WARNING"}, f"The bake of '{ob.name}' is stale: {', '.join(stale)}. Bake and export again."
+                )
         if self.still and not page.still:
             why = "could not be rendered" if context.scene.camera else "needs a camera, and the scene has none"
             self.report({"WARNING"}, f"The page has no still picture: it {why}.")

@@ -86,7 +86,7 @@ def test_zips_hold_the_same_extension_and_no_workshop(zips):
     assert {Path(name).suffix for name in contents} == {".py", ".md", ".toml", ".html", ""}
     for part in ("operators", "prt_addon", "ui"):
         modules = {str(path.relative_to(headless.CHECKOUT)) for path in (headless.CHECKOUT / part).rglob("*.py")}
-        assert modules == {name for name in contents if name.startswith(f"{part}/")}
+        assert modules == {name for name in contents if name.startswith(f"{part}/") and name.endswith(".py")}
     for path in zips.values():
         with zipfile.ZipFile(path) as archive:
             manifest = tomllib.loads(archive.read("blender_manifest.toml").decode())

@@ -3,7 +3,7 @@
 
     python tools/demo.py [--blend FILE] [--output FOLDER]
 
-Writes stills, a turning GIF, the same view path-traced by Cycles, and the .blend.
+Writes a web page, stills, a turning GIF, the same view path-traced by Cycles, and the .blend.
 """
 
 from __future__ import annotations
@@ -65,6 +65,7 @@ def run(blend: Path | None, output: Path) -> None:
         sys.exit(str(refusal))
     print(f"Baked in {time.monotonic() - begun:.1f} s.")
     bpy.ops.wm.save_as_mainfile(filepath=str(output / "demo.blend"), copy=True)
+    bpy.ops.prt.export_web_page(filepath=str(output / "demo.html"), still=False)
     print("The first EEVEE frame compiles shaders, which can take a minute on a new machine.")
     set_up_render(scene)
     rotation = turning_rotation(scene)

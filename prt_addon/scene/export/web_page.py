@@ -72,8 +72,9 @@ class PageSettings:
 
 @dataclass(frozen=True)
 class Page:
-    """What was written: vertices with transport, the file's bytes, and whether it holds a still; what is not as in Blender."""
+    """What was written: baked objects, vertices with transport, the file's bytes, whether it holds a still; what is not as in Blender."""
 
+    baked: list[bpy.types.Object]
     vertices: int
     size: int
     still: bool
@@ -119,7 +120,7 @@ def export_page(context: bpy.types.Context, path: Path, settings: PageSettings) 
     page = assembled(VIEWER.read_text(encoding="utf-8"), description, files, still)
     with written(path) as (temporary,):
         temporary.write_text(page, encoding="utf-8", newline="\n")
-    return Page(vertices, len(page.encode()), still is not None, notices)
+    return Page(baked, vertices, len(page.encode()), still is not None, notices)
 
 
 def _gltf(scene: bpy.types.Scene) -> bytes:

@@ -121,6 +121,15 @@ def test_materials_that_the_exporter_cannot_read(blender, stage, ball, export, c
     assert "Material 'Clay' is white in the page" in "".join(capfd.readouterr())
 
 
+def test_stale_bakes_are_named(ball, export, capfd):
+    """As far as it is seen at once: here, a move."""
+    export()
+    assert "is stale" not in "".join(capfd.readouterr())
+    ball.location.x += 1.0
+    export()
+    assert "The bake of 'Ball' is stale" in "".join(capfd.readouterr())
+
+
 def test_what_does_not_render_stays_at_home(blender, ball, export):
     blender.data.objects["Box"].hide_render = True
     assert [mesh["name"] for mesh in export().document["meshes"]] == ["Sphere"]
