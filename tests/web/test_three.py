@@ -24,7 +24,7 @@ def example(browser, tmp_path_factory):
     done = npm("pack", "--workspace", "@prt-relight/three", "--pack-destination", str(folder))
     assert done.returncode == 0, done.stderr
     [packed] = folder.glob("*.tgz")
-    shutil.unpack_archive(packed, folder)
+    shutil.unpack_archive(packed, folder, filter="data")
     modules = folder / "node_modules"
     (modules / "@prt-relight").mkdir(parents=True)
     (folder / "package").rename(modules / "@prt-relight" / "three")
