@@ -5,6 +5,7 @@
 # make farm     a bake on a real Slurm of this machine: Debian and root only
 # make bench    how fast and how large: docs/benchmark.md; JSON and curves in build/bench
 # make gallery  the pictures of README and docs, every HDRI and mode beside Cycles: docs/gallery.md
+# make course   the GAMES202 course's homework, its files in build/course and its pictures: docs/course.md
 # make lint     style and types
 # make package  the zips that people install, in dist
 # make app      those zips tried in a real Blender's window: Debian and root only; sets up APP_ROOT, pictures in build/app
@@ -24,7 +25,7 @@ KILLS ?= 100
 APP_ROOT ?= build/app/root
 PYTEST = cd tests && ../$(VENV)/bin/python -m pytest
 
-.PHONY: demo test check check-engine check-blender torture farm bench gallery lint package app clean
+.PHONY: demo test check check-engine check-blender torture farm bench gallery course lint package app clean
 
 demo: $(VENV)/.ready
 	$(VENV)/bin/python tools/demo.py $(if $(BLEND),--blend "$(BLEND)")
@@ -52,6 +53,9 @@ bench: $(VENV)/.bench
 
 gallery: $(VENV)/.ready
 	$(VENV)/bin/python tools/gallery.py
+
+course: $(VENV)/.ready
+	$(VENV)/bin/python tools/course
 
 lint: $(LINT)/.ready
 	$(LINT)/bin/ruff check .
