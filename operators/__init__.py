@@ -21,6 +21,7 @@ from . import (
     shading,
     shards,
     sky,
+    transport,
 )
 
 CLASSES = (
@@ -35,6 +36,7 @@ CLASSES = (
     *probe.CLASSES,
     *shading.CLASSES,
     *report.CLASSES,
+    *transport.CLASSES,
     *remove.CLASSES,
     *cubemap.CLASSES,
     *freeze.CLASSES,

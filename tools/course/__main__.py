@@ -31,6 +31,8 @@ SKY = "Forest"
 MODES = {"UNSHADOWED": "Unshadowed", "SHADOWED": "Shadowed", "INTERREFLECTED": "InterRef"}
 BOUNCES = 1
 """As in the course's own settings."""
+PARTS = ("T0", "T1", "T2", "T3", "BAND1", "BAND2")
+"""Of transport, that are shown by themselves."""
 SIZE = (400, 480)
 TURN_FRAMES = 18
 TURN_WIDTH = 150
@@ -66,7 +68,7 @@ def homework(output: Path) -> list[Path]:
         bpy.ops.prt.export_games202(directory=str(folder))
         made.append(small(frames.render(scene, folder / f"PRT_{name}_{SKY}.png")))
         print(f"{name}: {error(scene, output):.1%} from Cycles (relative RMS in linear light, equally many bounces)")
-    made.append(turning(scene, output))
+    made += [turning(scene, output), transport(scene, output)]
     return made
 
 
@@ -114,6 +116,21 @@ def turning(scene: bpy.types.Scene, output: Path) -> Path:
     rotation[2] = 0.0
     frames.save_gif(output / f"PRT_Rotation_{SKY}.gif", shots)
     return output / f"PRT_Rotation_{SKY}.gif"
+
+
+def transport(scene: bpy.types.Scene, output: Path) -> Path:
+    """The coefficients themselves, as views in Solid shading show them."""
+    scene.render.engine, scene.render.resolution_percentage = "BLENDER_WORKBENCH", 50
+    scene.display.shading.light, scene.display.shading.color_type = "FLAT", "VERTEX"
+    shots = []
+    for part in PARTS:
+        bpy.ops.prt.show_transport(part=part)
+        shots.append(Image.open(frames.render(scene, output / "part.png")))
+        shots[-1].load()
+    bpy.ops.prt.hide_transport()
+    (output / "part.png").unlink()
+    frames.side_by_side(shots).save(output / "PRT_Transport.png")
+    return small(output / "PRT_Transport.png")
 
 
 def small(path: Path) -> Path:
