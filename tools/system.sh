@@ -1,6 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
-# What a fresh machine lacks and pip cannot install: the shared libraries that bpy links to, Python's venv, and for the tests Node.
+# What a fresh machine lacks and pip cannot install: the shared libraries that bpy links to, Python's venv, and for the tests Node,
+# npm and, where apt has it, Chromium.
 #
 #   tools/system.sh PYTHON [node]
 #
@@ -37,8 +38,13 @@ END
     fi
 fi
 "$python" -c "import ensurepip, venv" 2>/dev/null || lacks "Python's venv" python3-venv
-if [ "${2:-}" = node ] && ! command -v node >/dev/null; then
-    lacks node nodejs
+if [ "${2:-}" = node ]; then
+    command -v node >/dev/null || lacks node nodejs
+    command -v npm >/dev/null || lacks npm npm
+    # elsewhere the tests that need a browser are skipped
+    if command -v apt-get >/dev/null && ! command -v chromium >/dev/null && ! command -v google-chrome >/dev/null; then
+        lacks chromium chromium
+    fi
 fi
 [ -n "$missing" ] || exit 0
 

@@ -4,7 +4,8 @@
     python tools/course [--output FOLDER] [--pictures FOLDER]
 
 Writes the cube map, figure.obj, and for each mode light.txt, transport.txt and PRT_<mode>_<cube map>.png into the output
-(build/course), and the tables and spheres of rough metal; the pictures into docs/pictures/course, too.
+(build/course), the tables and spheres of rough metal, and the page docs/examples/games202, which shows the figure in a
+browser; the pictures into docs/pictures/course, too.
 """
 
 from __future__ import annotations
@@ -50,10 +51,12 @@ def main() -> None:
         made = homework(output) + energy.draw(output)
     finally:
         headless.disable_extension()
+    shutil.copytree(ROOT / "docs" / "examples" / "games202", output, dirs_exist_ok=True)
     arguments.pictures.mkdir(parents=True, exist_ok=True)
     for path in made:
         shutil.copy(path, arguments.pictures)
-    print(f"Everything is in {output}, the pictures in {arguments.pictures}, too.")
+    print(f"Everything is in {output}, the pictures in {arguments.pictures}, too. In a browser:")
+    print(f"  python3 -m http.server --bind 127.0.0.1 --directory {output}")
 
 
 def homework(output: Path) -> list[Path]:

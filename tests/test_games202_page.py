@@ -1,0 +1,189 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The page docs/examples/games202 in a real browser: its pixels are NumPy's, whichever way the sky is turned."""
+
+import functools
+import http.server
+import json
+import re
+import shutil
+import subprocess
+import threading
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.core.references import axis_angle, order2, sphere_quadrature
+
+PAGE = Path(__file__).resolve().parents[1] / "docs" / "examples" / "games202"
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+SIZE, STEP = 256, 4
+"""Pixels of the picture's side, of which every fourth is compared."""
+FIELD_OF_VIEW = np.radians(40.0)
+SIGNS = np.array([1, -1, 1, -1, 1, -1, 1, -1, 1])  # Condon-Shortley
+TURNS = [np.eye(3), axis_angle((0, 1, 0), 1.0), axis_angle((1, 0, 0), 2.0), axis_angle((1, 2, -3), 2.5)]
+
+PROBE = """<!doctype html><pre id="found"></pre>
+<script src="files.js"></script><script src="harmonics.js"></script><script src="viewer.js"></script>
+<script>
+async function text(name) { return (await fetch(name)).text(); }
+async function run() {
+  const gl = document.createElement("canvas").getContext("webgl");
+  if (!gl || !gl.getExtension("OES_texture_float") || !gl.getExtension("WEBGL_color_buffer_float")) throw new Error("no floats");
+  const target = gl.createTexture(), depth = gl.createRenderbuffer();
+  gl.bindTexture(gl.TEXTURE_2D, target);
+  gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, SIZE, SIZE, 0, gl.RGBA, gl.FLOAT, null);
+  gl.bindRenderbuffer(gl.RENDERBUFFER, depth);
+  gl.renderbufferStorage(gl.RENDERBUFFER, gl.DEPTH_COMPONENT16, SIZE, SIZE);
+  gl.bindFramebuffer(gl.FRAMEBUFFER, gl.createFramebuffer());
+  gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, target, 0);
+  gl.framebufferRenderbuffer(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.RENDERBUFFER, depth);
+  const viewer = new Viewer(gl), places = Files.corners(await text("figure.obj"));
+  viewer.setScene(places, Files.transport(await text("transport.txt"), places.length / 3), Files.light(await text("light.txt")));
+  const pictures = TURNS.map((turn) => {
+    viewer.turn = turn;
+    viewer.draw(SIZE, SIZE, false);
+    const pixels = new Float32Array(4 * SIZE * SIZE);
+    gl.readPixels(0, 0, SIZE, SIZE, gl.RGBA, gl.FLOAT, pixels);
+    const found = [];
+    for (let row = 0; row < SIZE; row += STEP)
+      for (let column = 0; column < SIZE; column += STEP) found.push(...pixels.slice(4 * (row * SIZE + column), 4 * (row * SIZE + column) + 4));
+    return found;
+  });
+  const { eye, axes } = viewer.camera();
+  return { eye, axes, pictures };
+}
+run().then(JSON.stringify, (error) => error.message).then((found) => (document.getElementById("found").textContent = found));
+</script>"""
+
+
+@pytest.fixture(scope="module")
+def browser():
+    """Opens an address without a window, and gives the document as it is when all is loaded."""
+    found = next(filter(None, map(shutil.which, BROWSERS)), None)
+    if not found:
+        pytest.skip("No Chromium is installed (apt-get install chromium)")
+
+    def opened(address, *options):
+        switches = ["--headless", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+        line = [found, *switches, "--virtual-time-budget=30000", *options, "--dump-dom", address]
+        return subprocess.run(line, capture_output=True, text=True, timeout=120, check=True).stdout
+
+    return opened
+
+
+class Quiet(http.server.SimpleHTTPRequestHandler):
+    """Serves files, and writes no log."""
+
+    def log_message(self, *_arguments):
+        """Nothing."""
+
+
+@pytest.fixture
+def served(tmp_path):
+    """A folder with the page in it, and its address on this machine."""
+    for path in PAGE.iterdir():
+        shutil.copy(path, tmp_path)
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Quiet, directory=tmp_path))
+    thread = threading.Thread(target=server.serve_forever)
+    thread.start()
+    yield tmp_path, f"http://127.0.0.1:{server.server_port}"
+    server.shutdown()
+    thread.join()
+    server.server_close()
+
+
+@pytest.fixture
+def exported(blender, scene, stage, served):
+    """A ball over a floor, baked and exported beside the page: one mesh, so that the floor has a shadow."""
+    import bmesh
+
+    def build(bm):
+        bmesh.ops.create_icosphere(bm, subdivisions=3, radius=0.7)
+        bmesh.ops.translate(bm, verts=bm.verts, vec=(0.0, 0.0, 0.4))
+        floor = bmesh.ops.create_grid(bm, x_segments=6, y_segments=6, size=1.2)["verts"]
+        bmesh.ops.translate(bm, verts=floor, vec=(0.0, 0.0, -0.5))
+        bmesh.ops.triangulate(bm, faces=bm.faces)
+
+    stage.environment(stage.picture("Six", stage.six_coloured_sky(32)), strength=0.25)
+    ball = stage.object_of("Ball", stage.from_bmesh("Ball", build), stage.diffuse())
+    ball.select_set(True)
+    blender.context.view_layer.objects.active = ball
+    folder, address = served
+    blender.ops.wm.obj_export(filepath=str(folder / "figure.obj"), export_materials=False, export_uv=False)
+    blender.ops.prt.bake(mode="SHADOWED", samples=64)
+    blender.ops.prt.export_games202(directory=str(folder))
+    return folder, address
+
+
+def triangles_of(path):
+    """(T, 3, 3) places of an .obj's corners."""
+    lines = [line.split() for line in path.read_text().splitlines()]
+    vertices = np.array([words[1:4] for words in lines if words[:1] == ["v"]], dtype=float)
+    faces = [[int(word.split("/")[0]) - 1 for word in words[1:]] for words in lines if words[:1] == ["f"]]
+    return vertices[np.array(faces)]
+
+
+def turned_light(light, turn):
+    """The light of the turned sky, by projecting what is seen along every direction before it was turned."""
+    directions, weights = sphere_quadrature(6)
+    seen = (order2(directions @ turn) * SIGNS) @ light  # rows times R: R^T of each
+    return (order2(directions) * SIGNS * weights[:, None]).T @ seen
+
+
+def ray_traced(triangles, colours, eye, axes):
+    """(rows, columns, 4) what the compared pixels' rays meet first, row 0 at the bottom (Moeller & Trumbore 1997)."""
+    line = ((2.0 * np.arange(0, SIZE, STEP) + 1.0) / SIZE - 1.0) * np.tan(FIELD_OF_VIEW / 2.0)
+    x, y = np.meshgrid(line, line)
+    rays = (x[..., None] * axes[0] + y[..., None] * axes[1] - axes[2]).reshape(-1, 1, 3)
+    origin, first, second = triangles[:, 0], triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
+    across = np.cross(rays, second)
+    volume = (across * first).sum(axis=-1)
+    offset = eye - origin
+    u = (across * offset).sum(axis=-1) / volume
+    along = np.cross(offset, first)
+    v = (rays * along).sum(axis=-1) / volume
+    distance = np.where((u >= 0.0) & (v >= 0.0) & (u + v <= 1.0), (second * along).sum(axis=-1) / volume, np.inf)
+    ray, hit = np.arange(len(rays)), distance.argmin(axis=1)
+    u, v = u[ray, hit, None], v[ray, hit, None]
+    found = (1.0 - u - v) * colours[hit, 0] + u * colours[hit, 1] + v * colours[hit, 2]
+    covered = np.isfinite(distance[ray, hit])[:, None]
+    return np.where(covered, np.concatenate([np.maximum(found, 0.0), np.ones_like(u)], axis=1), 0.0).reshape(
+        len(line), -1, 4
+    )
+
+
+@pytest.mark.once
+def test_pixels_are_numpys(browser, exported):
+    """At four turns, about other axes than the slider's, too; but for pixels on an edge, which two rasterisers may give away."""
+    folder, address = exported
+    here = (
+        f"<script>const SIZE = {SIZE}, STEP = {STEP}, TURNS = {json.dumps([turn.tolist() for turn in TURNS])};</script>"
+    )
+    (folder / "probe.html").write_text(PROBE.replace("<script", here + "<script", 1))
+    text = re.search(r'<pre id="found">(.*?)</pre>', browser(f"{address}/probe.html"), re.DOTALL).group(1)
+    assert text.startswith("{"), text
+    found = json.loads(text)
+    triangles, light = triangles_of(folder / "figure.obj"), np.loadtxt(folder / "light.txt")
+    transport = np.loadtxt(folder / "transport.txt", skiprows=1)
+    pictures = []
+    for turn, pixels in zip(TURNS, found["pictures"], strict=True):
+        colours = (transport @ turned_light(light, turn)).reshape(-1, 3, 3)
+        expected = ray_traced(triangles, colours, np.array(found["eye"]), np.array(found["axes"]))
+        ours = np.array(pixels).reshape(expected.shape)
+        off = np.abs(ours - expected).max(axis=-1) > 1e-3
+        assert expected[..., 3].mean() > 0.15 and 0.8 < expected[..., :3].max() < 1.5
+        assert off.mean() < 0.005, f"{off.sum()} pixels, by {np.abs(ours - expected).max()}"
+        pictures.append(ours)
+    assert all(np.abs(other - pictures[0]).max() > 0.1 for other in pictures[1:]), "the turns would be noticed"
+
+
+@pytest.mark.once
+def test_page_says_what_is_missing(browser, served):
+    """As a sentence, and not on the console."""
+    folder, address = served
+    assert "figure.obj is not there: 404" in browser(f"{address}/index.html")
+    (folder / "figure.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    (folder / "transport.txt").write_text("3\n" + "0.28 0 0 0 0 0 0 0 0\n" * 2)
+    assert "transport.txt has 2 rows, but the mesh has 3 face corners" in browser(f"{address}/index.html?files=.")
+    assert "Choose an .obj" in browser((PAGE / "index.html").as_uri())
