@@ -13,6 +13,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from prt_addon.core.microfacet import compensation, ggx, table
+from prt_addon.core.microfacet.albedo import by_quadrature
 from tests.core.references import axis_angle, order2, sphere_quadrature
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "examples" / "games202"
@@ -20,40 +22,69 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 SIZE, STEP = 256, 4
 """Pixels of the picture's side, of which every fourth is compared."""
 FIELD_OF_VIEW = np.radians(40.0)
+UP = np.array([0.0, 0.0, 1.0])
+GRID = np.linspace(0.02, 1.0, 200)
 SIGNS = np.array([1, -1, 1, -1, 1, -1, 1, -1, 1])  # Condon-Shortley
 TURNS = [np.eye(3), axis_angle((0, 1, 0), 1.0), axis_angle((1, 0, 0), 2.0), axis_angle((1, 2, -3), 2.5)]
 
-PROBE = """<!doctype html><pre id="found"></pre>
-<script src="files.js"></script><script src="harmonics.js"></script><script src="viewer.js"></script>
+FLOATS = """<!doctype html><pre id="found"></pre>
 <script>
-async function text(name) { return (await fetch(name)).text(); }
-async function run() {
+function floatTarget(width, height) {
   const gl = document.createElement("canvas").getContext("webgl");
   if (!gl || !gl.getExtension("OES_texture_float") || !gl.getExtension("WEBGL_color_buffer_float")) throw new Error("no floats");
   const target = gl.createTexture(), depth = gl.createRenderbuffer();
   gl.bindTexture(gl.TEXTURE_2D, target);
-  gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, SIZE, SIZE, 0, gl.RGBA, gl.FLOAT, null);
+  gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, width, height, 0, gl.RGBA, gl.FLOAT, null);
   gl.bindRenderbuffer(gl.RENDERBUFFER, depth);
-  gl.renderbufferStorage(gl.RENDERBUFFER, gl.DEPTH_COMPONENT16, SIZE, SIZE);
+  gl.renderbufferStorage(gl.RENDERBUFFER, gl.DEPTH_COMPONENT16, width, height);
   gl.bindFramebuffer(gl.FRAMEBUFFER, gl.createFramebuffer());
   gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, target, 0);
   gl.framebufferRenderbuffer(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.RENDERBUFFER, depth);
-  const viewer = new Viewer(gl), places = Files.corners(await text("figure.obj"));
+  return gl;
+}
+function pixelsOf(gl, width, height, step) {
+  const pixels = new Float32Array(4 * width * height), found = [];
+  gl.readPixels(0, 0, width, height, gl.RGBA, gl.FLOAT, pixels);
+  for (let row = 0; row < height; row += step)
+    for (let column = 0; column < width; column += step) found.push(...pixels.slice(4 * (row * width + column), 4 * (row * width + column) + 4));
+  return found;
+}
+function tell(promise) {
+  promise.then(JSON.stringify, (error) => error.message).then((found) => (document.getElementById("found").textContent = found));
+}
+</script>"""
+"""What both probes share: they draw in floats, as bytes are too coarse, and leave what they find in the document."""
+
+MESH_PROBE = """<script src="files.js"></script><script src="harmonics.js"></script>
+<script src="program.js"></script><script src="viewer.js"></script>
+<script>
+async function text(name) { return (await fetch(name)).text(); }
+async function run() {
+  const gl = floatTarget(SIZE, SIZE), viewer = new Viewer(gl), places = Files.corners(await text("figure.obj"));
   viewer.setScene(places, Files.transport(await text("transport.txt"), places.length / 3), Files.light(await text("light.txt")));
   const pictures = TURNS.map((turn) => {
     viewer.turn = turn;
     viewer.draw(SIZE, SIZE, false);
-    const pixels = new Float32Array(4 * SIZE * SIZE);
-    gl.readPixels(0, 0, SIZE, SIZE, gl.RGBA, gl.FLOAT, pixels);
-    const found = [];
-    for (let row = 0; row < SIZE; row += STEP)
-      for (let column = 0; column < SIZE; column += STEP) found.push(...pixels.slice(4 * (row * SIZE + column), 4 * (row * SIZE + column) + 4));
-    return found;
+    return pixelsOf(gl, SIZE, SIZE, STEP);
   });
-  const { eye, axes } = viewer.camera();
-  return { eye, axes, pictures };
+  return { ...viewer.camera(), pictures };
 }
-run().then(JSON.stringify, (error) => error.message).then((found) => (document.getElementById("found").textContent = found));
+tell(run());
+</script>"""
+
+METAL_PROBE = """<script src="program.js"></script><script src="metal.js"></script>
+<script>
+async function run() {
+  const tables = [await Metal.table("GGX_E_LUT.png"), await Metal.table("GGX_Eavg_LUT.png")];
+  const gl = floatTarget(10 * SIZE, 2 * SIZE), metal = new Metal(gl, ...tables);
+  metal.lamp = LAMP;
+  return [false, true].map((course) => {
+    metal.course = course;
+    metal.draw(10 * SIZE, 2 * SIZE, false);
+    return pixelsOf(gl, 10 * SIZE, 2 * SIZE, 1);
+  });
+}
+tell(run());
 </script>"""
 
 
@@ -153,17 +184,22 @@ def ray_traced(triangles, colours, eye, axes):
     )
 
 
+def probed(browser, served, probe, **constants):
+    """What a probe finds, given constants by their names."""
+    folder, address = served
+    given = "".join(f"const {name} = {json.dumps(value)};" for name, value in constants.items())
+    (folder / "probe.html").write_text(f"{FLOATS}<script>{given}</script>{probe}")
+    text = re.search(r'<pre id="found">(.*?)</pre>', browser(f"{address}/probe.html"), re.DOTALL).group(1)
+    assert text[0] in "{[", text
+    return json.loads(text)
+
+
 @pytest.mark.once
 def test_pixels_are_numpys(browser, exported):
     """At four turns, about other axes than the slider's, too; but for pixels on an edge, which two rasterisers may give away."""
-    folder, address = exported
-    here = (
-        f"<script>const SIZE = {SIZE}, STEP = {STEP}, TURNS = {json.dumps([turn.tolist() for turn in TURNS])};</script>"
-    )
-    (folder / "probe.html").write_text(PROBE.replace("<script", here + "<script", 1))
-    text = re.search(r'<pre id="found">(.*?)</pre>', browser(f"{address}/probe.html"), re.DOTALL).group(1)
-    assert text.startswith("{"), text
-    found = json.loads(text)
+    folder, _ = exported
+    turns = [turn.tolist() for turn in TURNS]
+    found = probed(browser, exported, MESH_PROBE, SIZE=SIZE, STEP=STEP, TURNS=turns)
     triangles, light = triangles_of(folder / "figure.obj"), np.loadtxt(folder / "light.txt")
     transport = np.loadtxt(folder / "transport.txt", skiprows=1)
     pictures = []
@@ -178,6 +214,43 @@ def test_pixels_are_numpys(browser, exported):
     assert all(np.abs(other - pictures[0]).max() > 0.1 for other in pictures[1:]), "the turns would be noticed"
 
 
+def metal(size, lamp, colour, bounce_colour):
+    """(2 size, 10 size, 3) the same spheres by the engine; below, with the light of all bounces."""
+    line = 2.0 * (np.arange(size) + 0.5) / size - 1.0
+    x, y = np.meshgrid(line, line)
+    away = x * x + y * y
+    normals = np.stack([x, y, np.sqrt(np.maximum(1.0 - away, 0.01))], axis=-1)
+    mu_out, mu_in = normals[..., 2], normals @ lamp
+    half = normals @ (lamp + UP) / np.linalg.norm(lamp + UP)
+    lit = (away <= 0.99) & (mu_in > 0.0)
+    columns = []
+    for roughness in np.arange(1, 11) / 10.0:
+        alpha, inward = roughness**2, np.where(lit, mu_in, 1.0)
+        seen = ggx.masking_shadowing(mu_out, inward, alpha)
+        first = colour * (ggx.distribution(half, alpha) * seen / (4.0 * mu_out * inward))[..., None]
+        average = table.average_albedo(roughness)
+        albedos = (np.interp(mu, GRID, by_quadrature(GRID, roughness).white) for mu in (mu_out, inward))
+        further = compensation.lost_lobe(*albedos, average)[..., None] * bounce_colour(colour, average)
+        columns.append(np.concatenate([first + further, first]) * np.tile((np.pi * lit * inward)[..., None], (2, 1, 1)))
+    return np.concatenate(columns, axis=1)
+
+
+@pytest.mark.once
+def test_metal_is_the_engines(browser, served):
+    """Rows of spheres with and without the second lobe, in both colours of it; the tables are of eight bits."""
+    for name in ("GGX_E_LUT.png", "GGX_Eavg_LUT.png"):
+        shutil.copy(PAGE.parents[1] / "pictures" / "course" / name, served[0])
+    lamp, size = np.array([0.5, 0.0, np.sqrt(0.75)]), 24
+    pictures = probed(browser, served, METAL_PROBE, SIZE=size, LAMP=lamp.tolist())
+    colours = (compensation.bounce_colour, compensation.course_bounce_colour)
+    for pixels, bounce_colour in zip(pictures, colours, strict=True):
+        ours = np.array(pixels).reshape(2 * size, 10 * size, 4)[..., :3]
+        expected = metal(size, lamp, np.array([0.95, 0.64, 0.54]), bounce_colour)
+        np.testing.assert_allclose(ours[size:], expected[size:], atol=1e-3, rtol=1e-3)
+        np.testing.assert_allclose(ours[:size], expected[:size], atol=0.02, rtol=1e-3)
+    assert np.abs(np.subtract(*pictures)).max() > 0.05, "the course's colour would be noticed"
+
+
 @pytest.mark.once
 def test_page_says_what_is_missing(browser, served):
     """As a sentence, and not on the console."""
@@ -187,3 +260,5 @@ def test_page_says_what_is_missing(browser, served):
     (folder / "transport.txt").write_text("3\n" + "0.28 0 0 0 0 0 0 0 0\n" * 2)
     assert "transport.txt has 2 rows, but the mesh has 3 face corners" in browser(f"{address}/index.html?files=.")
     assert "Choose an .obj" in browser((PAGE / "index.html").as_uri())
+    assert "GGX_E_LUT.png is not there: 404" in browser(f"{address}/metal.html")
+    assert "serve the folder" in browser((PAGE / "metal.html").as_uri())

@@ -3,6 +3,7 @@
 "use strict";
 
 const MODES = ["InterRef", "Shadowed", "Unshadowed"];
+const SUPERSAMPLING = 2; // not multisampling, which shades pixels beyond the edges of triangles: they show as dots
 const element = (id) => document.getElementById(id);
 const asked = new URLSearchParams(location.search);
 const canvas = element("view");
@@ -49,7 +50,7 @@ async function fromChoice(name) {
 function draw() {
   const angle = element("turn").value * Math.PI / 180, [sin, cos] = [Math.sin(angle), Math.cos(angle)];
   viewer.turn = [[cos, 0, sin], [0, 1, 0], [-sin, 0, cos]];
-  [canvas.width, canvas.height] = [canvas.clientWidth * devicePixelRatio, canvas.clientHeight * devicePixelRatio];
+  [canvas.width, canvas.height] = [canvas.clientWidth, canvas.clientHeight].map((size) => SUPERSAMPLING * size * devicePixelRatio);
   viewer.draw(canvas.width, canvas.height);
 }
 
@@ -69,7 +70,7 @@ function listen() {
   element("turn").value = asked.get("turn") ?? 0;
 }
 
-const gl = canvas.getContext("webgl");
+const gl = canvas.getContext("webgl", { antialias: false });
 if (gl) {
   viewer = new Viewer(gl);
   listen();

@@ -46,8 +46,8 @@ class Viewer {
     this.turn = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]; // of the sky
     this.azimuth = 0.35;
     this.elevation = 0.12;
-    this._meshProgram = this._program(MESH_SHADERS);
-    this._skyProgram = this._program(SKY_SHADERS);
+    this._meshProgram = linkedProgram(gl, MESH_SHADERS, SLOTS);
+    this._skyProgram = linkedProgram(gl, SKY_SHADERS, SLOTS);
     this._screen = this._buffer(new Float32Array([-1, -1, 3, -1, -1, 3]));
   }
 
@@ -132,21 +132,6 @@ class Viewer {
       rows[2].map((v) => -v),
     ];
     return [0, 1, 2, 3].flatMap((column) => clip.map((row) => row[column]));
-  }
-
-  _program(sources) {
-    const gl = this.gl, program = gl.createProgram();
-    sources.forEach((source, i) => {
-      const shader = gl.createShader([gl.VERTEX_SHADER, gl.FRAGMENT_SHADER][i]);
-      gl.shaderSource(shader, source);
-      gl.compileShader(shader);
-      if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) throw new Error(gl.getShaderInfoLog(shader));
-      gl.attachShader(program, shader);
-    });
-    for (const [name, slot] of Object.entries(SLOTS)) gl.bindAttribLocation(program, slot, name);
-    gl.linkProgram(program);
-    if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(program));
-    return program;
   }
 
   _buffer(values) {
