@@ -4,9 +4,11 @@
 import functools
 import http.server
 import json
+import queue
 import re
 import shutil
 import subprocess
+import tempfile
 import threading
 from pathlib import Path
 
@@ -27,7 +29,7 @@ GRID = np.linspace(0.02, 1.0, 200)
 SIGNS = np.array([1, -1, 1, -1, 1, -1, 1, -1, 1])  # Condon-Shortley
 TURNS = [np.eye(3), axis_angle((0, 1, 0), 1.0), axis_angle((1, 0, 0), 2.0), axis_angle((1, 2, -3), 2.5)]
 
-FLOATS = """<!doctype html><pre id="found"></pre>
+FLOATS = """<!doctype html>
 <script>
 function floatTarget(width, height) {
   const gl = document.createElement("canvas").getContext("webgl");
@@ -50,10 +52,10 @@ function pixelsOf(gl, width, height, step) {
   return found;
 }
 function tell(promise) {
-  promise.then(JSON.stringify, (error) => error.message).then((found) => (document.getElementById("found").textContent = found));
+  promise.then(JSON.stringify, (error) => error.message).then((body) => fetch("/found", { method: "POST", body }));
 }
 </script>"""
-"""What both probes share: they draw in floats, as bytes are too coarse, and leave what they find in the document."""
+"""What both probes share: they draw in floats, as bytes are too coarse, and send what they find to the server."""
 
 MESH_PROBE = """<script src="files.js"></script><script src="harmonics.js"></script>
 <script src="program.js"></script><script src="viewer.js"></script>
@@ -88,40 +90,70 @@ tell(run());
 </script>"""
 
 
+MESSAGE_PROBE = """<!doctype html><iframe id="page"></iframe>
+<script>
+const page = document.getElementById("page");
+page.src = ADDRESS;
+const timer = setInterval(() => {
+  const said = page.contentDocument?.getElementById("message")?.textContent;
+  if (!said || said === "Loading ...") return;
+  clearInterval(timer);
+  fetch("/found", { method: "POST", body: JSON.stringify(said) });
+}, 100);
+</script>"""
+
+
 @pytest.fixture(scope="module")
 def browser():
-    """Opens an address without a window, and gives the document as it is when all is loaded."""
+    """The command that opens an address without a window."""
     found = next(filter(None, map(shutil.which, BROWSERS)), None)
     if not found:
         pytest.skip("No Chromium is installed (apt-get install chromium)")
-
-    def opened(address, *options):
-        switches = ["--headless", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-        line = [found, *switches, "--virtual-time-budget=30000", *options, "--dump-dom", address]
-        return subprocess.run(line, capture_output=True, text=True, timeout=120, check=True).stdout
-
-    return opened
-
-
-class Quiet(http.server.SimpleHTTPRequestHandler):
-    """Serves files, and writes no log."""
-
-    def log_message(self, *_arguments):
-        """Nothing."""
+    return [found, "--headless", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 
 
 @pytest.fixture
 def served(tmp_path):
-    """A folder with the page in it, and its address on this machine."""
+    """A folder with the page in it, its address on this machine, and a queue of what is posted there."""
     for path in PAGE.iterdir():
         shutil.copy(path, tmp_path)
-    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Quiet, directory=tmp_path))
+    posted = queue.Queue()
+
+    class Server(http.server.SimpleHTTPRequestHandler):
+        """Serves files, keeps what is posted, and writes no log."""
+
+        def do_POST(self):
+            """Keep the body."""
+            posted.put(self.rfile.read(int(self.headers["Content-Length"])).decode())
+            self.send_response(204)
+            self.end_headers()
+
+        def log_message(self, *_arguments):
+            """Nothing."""
+
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Server, directory=tmp_path))
     thread = threading.Thread(target=server.serve_forever)
     thread.start()
-    yield tmp_path, f"http://127.0.0.1:{server.server_port}"
+    yield tmp_path, f"http://127.0.0.1:{server.server_port}", posted
     server.shutdown()
     thread.join()
     server.server_close()
+
+
+def probed(browser, served, probe, **constants):
+    """What a probe finds, given constants by their names."""
+    folder, address, posted = served
+    given = "".join(f"const {name} = {json.dumps(value)};" for name, value in constants.items())
+    (folder / "probe.html").write_text(f"<script>{given}</script>{probe}")
+    profile = tempfile.mkdtemp(dir=folder)
+    line = [*browser, "--remote-debugging-port=0", f"--user-data-dir={profile}", f"{address}/probe.html"]
+    with subprocess.Popen(line, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as running:
+        try:
+            text = posted.get(timeout=120)
+        finally:
+            running.terminate()
+    assert text[0] in '{["', text
+    return json.loads(text)
 
 
 @pytest.fixture
@@ -140,11 +172,11 @@ def exported(blender, scene, stage, served):
     ball = stage.object_of("Ball", stage.from_bmesh("Ball", build), stage.diffuse())
     ball.select_set(True)
     blender.context.view_layer.objects.active = ball
-    folder, address = served
+    folder, *_ = served
     blender.ops.wm.obj_export(filepath=str(folder / "figure.obj"), export_materials=False, export_uv=False)
     blender.ops.prt.bake(mode="SHADOWED", samples=64)
     blender.ops.prt.export_games202(directory=str(folder))
-    return folder, address
+    return served
 
 
 def triangles_of(path):
@@ -184,22 +216,12 @@ def ray_traced(triangles, colours, eye, axes):
     )
 
 
-def probed(browser, served, probe, **constants):
-    """What a probe finds, given constants by their names."""
-    folder, address = served
-    given = "".join(f"const {name} = {json.dumps(value)};" for name, value in constants.items())
-    (folder / "probe.html").write_text(f"{FLOATS}<script>{given}</script>{probe}")
-    text = re.search(r'<pre id="found">(.*?)</pre>', browser(f"{address}/probe.html"), re.DOTALL).group(1)
-    assert text[0] in "{[", text
-    return json.loads(text)
-
-
 @pytest.mark.once
 def test_pixels_are_numpys(browser, exported):
     """At four turns, about other axes than the slider's, too; but for pixels on an edge, which two rasterisers may give away."""
-    folder, _ = exported
+    folder, *_ = exported
     turns = [turn.tolist() for turn in TURNS]
-    found = probed(browser, exported, MESH_PROBE, SIZE=SIZE, STEP=STEP, TURNS=turns)
+    found = probed(browser, exported, FLOATS + MESH_PROBE, SIZE=SIZE, STEP=STEP, TURNS=turns)
     triangles, light = triangles_of(folder / "figure.obj"), np.loadtxt(folder / "light.txt")
     transport = np.loadtxt(folder / "transport.txt", skiprows=1)
     pictures = []
@@ -241,7 +263,7 @@ def test_metal_is_the_engines(browser, served):
     for name in ("GGX_E_LUT.png", "GGX_Eavg_LUT.png"):
         shutil.copy(PAGE.parents[1] / "pictures" / "course" / name, served[0])
     lamp, size = np.array([0.5, 0.0, np.sqrt(0.75)]), 24
-    pictures = probed(browser, served, METAL_PROBE, SIZE=size, LAMP=lamp.tolist())
+    pictures = probed(browser, served, FLOATS + METAL_PROBE, SIZE=size, LAMP=lamp.tolist())
     colours = (compensation.bounce_colour, compensation.course_bounce_colour)
     for pixels, bounce_colour in zip(pictures, colours, strict=True):
         ours = np.array(pixels).reshape(2 * size, 10 * size, 4)[..., :3]
@@ -254,11 +276,21 @@ def test_metal_is_the_engines(browser, served):
 @pytest.mark.once
 def test_page_says_what_is_missing(browser, served):
     """As a sentence, and not on the console."""
-    folder, address = served
-    assert "figure.obj is not there: 404" in browser(f"{address}/index.html")
+    folder, *_ = served
+
+    def said(address):
+        return probed(browser, served, MESSAGE_PROBE, ADDRESS=address)
+
+    assert "figure.obj is not there: 404" in said("index.html")
+    assert re.search(r"GGX_E(avg)?_LUT.png is not there: 404", said("metal.html"))  # the first that fails
     (folder / "figure.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     (folder / "transport.txt").write_text("3\n" + "0.28 0 0 0 0 0 0 0 0\n" * 2)
-    assert "transport.txt has 2 rows, but the mesh has 3 face corners" in browser(f"{address}/index.html?files=.")
-    assert "Choose an .obj" in browser((PAGE / "index.html").as_uri())
-    assert "GGX_E_LUT.png is not there: 404" in browser(f"{address}/metal.html")
-    assert "serve the folder" in browser((PAGE / "metal.html").as_uri())
+    assert "transport.txt has 2 rows, but the mesh has 3 face corners" in said("index.html?files=.")
+
+
+@pytest.mark.once
+@pytest.mark.parametrize(("page", "sentence"), [("index", "Choose an .obj"), ("metal", "serve the folder")])
+def test_page_from_disk_says_what_to_do(browser, page, sentence):
+    line = [*browser, "--dump-dom", (PAGE / f"{page}.html").as_uri()]
+    done = subprocess.run(line, capture_output=True, text=True, timeout=120, check=True)
+    assert sentence in re.search(r'<p id="message">(.*?)</p>', done.stdout, re.DOTALL).group(1)
