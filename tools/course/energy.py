@@ -13,7 +13,7 @@ from headless import bmesh, bpy
 from PIL import Image, ImageDraw
 
 from prt_addon.core.microfacet import compensation
-from prt_addon.core.microfacet.albedo import by_quadrature
+from prt_addon.core.microfacet.albedo import by_ggx_sampling, by_quadrature, by_uniform_sampling
 from prt_addon.core.microfacet.table import average_albedo, energy_table
 
 ROUGHNESS = tuple(np.arange(1, 11) / 10.0)
@@ -22,6 +22,7 @@ SKY = 0.6
 """Radiance of the furnace: what is darker than the background has lost light."""
 TABLE = 65
 _PIXELS, _CAPTION, _SAMPLES = 72, 16, 64
+_RAYS = 100_000
 
 Sphere = Callable[[float, np.ndarray], np.ndarray]
 """Radiance (pixels, pixels, 3) of a sphere of a roughness and a colour under a sky of 1; 1 beside it."""
@@ -45,7 +46,19 @@ def draw(folder: Path) -> list[Path]:
     print("roughness, what copper returns of light from everywhere: one bounce, all bounces, the course's, Cycles'")
     for roughness, *spheres in zip(ROUGHNESS, *shown[3:], strict=True):
         print(f"{roughness:.1f}", *(np.round(sphere[_disc()[0]].mean(axis=0), 3) for sphere in spheres))
+    print_variances()
     return made
+
+
+def print_variances() -> None:
+    """How far single samples of E(mu) scatter, directions uniform or normals drawn as GGX spreads them."""
+    print("mu, roughness, E: by quadrature, uniform directions, GGX normals; variance of one sample")
+    for mu in (0.1, 0.5, 0.9):
+        for roughness in (0.2, 0.5, 1.0):
+            exact = by_quadrature(mu, roughness).white
+            found = [sample(mu, roughness, _RAYS) for sample in (by_uniform_sampling, by_ggx_sampling)]
+            means = (f"{one.value:.4f} +- {one.standard_error:.4f} ({one.variance:.3g})" for one in found)
+            print(f"{mu:.1f} {roughness:.1f} {exact:.4f}", *means)
 
 
 def tables(folder: Path) -> list[Path]:
