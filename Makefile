@@ -6,6 +6,7 @@
 # make bench    how fast and how large: docs/benchmark.md; JSON and curves in build/bench
 # make gallery  the pictures of README and docs, every HDRI and mode beside Cycles: docs/gallery.md
 # make web      the viewer of web pages, built anew, and the demo's scene in it: build/web
+# make course   the GAMES202 course's homework, its files in build/course and its pictures: docs/course.md
 # make lint     style and types
 # make package  the zips that people install, in dist
 # make app      those zips tried in a real Blender's window: Debian and root only; sets up APP_ROOT, pictures in build/app
@@ -25,7 +26,7 @@ KILLS ?= 100
 APP_ROOT ?= build/app/root
 PYTEST = cd tests && ../$(VENV)/bin/python -m pytest
 
-.PHONY: demo test check check-engine check-blender torture farm bench gallery web lint package app clean
+.PHONY: demo test check check-engine check-blender torture farm bench gallery course web lint package app clean
 
 demo: $(VENV)/.ready
 	$(VENV)/bin/python tools/demo.py $(if $(BLEND),--blend "$(BLEND)")
@@ -57,6 +58,9 @@ gallery: $(VENV)/.ready
 web: build/.web $(VENV)/.ready
 	cd web && npm run build --workspace @prt-relight/viewer
 	$(VENV)/bin/python tools/web.py
+
+course: $(VENV)/.ready
+	$(VENV)/bin/python tools/course
 
 lint: $(LINT)/.ready
 	$(LINT)/bin/ruff check .

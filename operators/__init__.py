@@ -21,6 +21,7 @@ from . import (
     shading,
     shards,
     sky,
+    transport,
     web_page,
 )
 
@@ -36,6 +37,7 @@ CLASSES = (
     *probe.CLASSES,
     *shading.CLASSES,
     *report.CLASSES,
+    *transport.CLASSES,
     *remove.CLASSES,
     *cubemap.CLASSES,
     *freeze.CLASSES,

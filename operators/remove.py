@@ -8,7 +8,7 @@ import bpy
 from ..prt_addon.scene.bake import choose, removal
 from ..prt_addon.scene.blender.modes import object_mode
 from ..prt_addon.scene.light import light
-from ..prt_addon.scene.mesh import carrier, heat_map, layers
+from ..prt_addon.scene.mesh import carrier, layers, temporary_layer
 from ..prt_addon.scene.report import compare, report
 from ..prt_addon.scene.shading import probe, shading
 from .reporting import reports_errors
@@ -28,7 +28,7 @@ class PRT_OT_remove(bpy.types.Operator):
             removal.check_removable(ob)
         shading.check_relit_materials(objects)
         with object_mode(context):
-            removed = [ob for ob in objects if removal.remove_transport(ob) | heat_map.remove(ob.data)]
+            removed = [ob for ob in objects if removal.remove_transport(ob) | temporary_layer.take_back(ob.data)]
             carrier.sweep()
         restored = shading.remove_shading(objects)
         if not any(mesh.users and layers.is_baked(mesh) and not probe.is_probe(mesh) for mesh in bpy.data.meshes):

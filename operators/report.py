@@ -19,7 +19,7 @@ from ..prt_addon.core.report.document import PARTS, VERSION, advice_lines, pictu
 from ..prt_addon.core.report.findings import Effort
 from ..prt_addon.scene.bake.freshness import freshness
 from ..prt_addon.scene.blender.modes import Place, found_again, object_mode
-from ..prt_addon.scene.mesh import heat_map
+from ..prt_addon.scene.mesh import heat_map, temporary_layer
 from ..prt_addon.scene.preferences import engine_patience
 from ..prt_addon.scene.report import compare, report
 from ..prt_addon.scene.settings import REPORT_PARTS, ReportProperties, absolute_path, report_settings
@@ -109,7 +109,7 @@ class PRT_OT_report(JobOperator, ReportProperties, bpy.types.Operator):
             document |= surface_report(found, self._light.suns.share, self.parts & set(PARTS))
         with object_mode(context):
             for ob, baked, measured in zip(objects, self._baked, result, strict=True):
-                heat_map.remove(ob.data)  # of an earlier report
+                temporary_layer.take_back(ob.data)  # of an earlier report
                 if measured.errors is not None and not baked.carried:
                     heat_map.write(ob.data, baked.receivers, measured.errors)
         if self.heat_map:

@@ -45,6 +45,7 @@ WHERE = {
     "sky": "scene.sky.sky",
     "slots": "scene.shading.slots",
     "tasks": "worker.tasks",
+    "temporary_layer": "scene.mesh.temporary_layer",
     "trace": "core.bake.trace",
     "whole_bake": "scene.bake.whole_bake",
     "window": "core.sphere.window",

@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 
 from ..prt_addon.scene.light import picture as light_picture
-from . import bake, files, gltf, light, menu, notices, presets, preview, report, shading
+from . import bake, files, gltf, light, menu, notices, presets, preview, report, shading, transport
 
 CLASSES = (
     *bake.CLASSES,
@@ -16,6 +16,7 @@ CLASSES = (
     *preview.CLASSES,
     *shading.CLASSES,
     *report.CLASSES,
+    *transport.CLASSES,
     *files.CLASSES,
     *gltf.CLASSES,
     *menu.CLASSES,

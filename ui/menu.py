@@ -8,6 +8,9 @@ import bpy
 from .. import operators
 from ..prt_addon.scene.sky.studio import free_icons, icon_of, load_icons, studio_skies
 
+_CHOICES = {"prt.show_light": "kind", "prt.show_transport": "part"}
+"""Operators that are menus of what one of their arguments can be."""
+
 
 class PRT_MT_skies(bpy.types.Menu):
     """The HDRIs that Blender ships, to light the world with"""
@@ -28,8 +31,8 @@ class PRT_MT_object(bpy.types.Menu):
 
     def draw(self, _context: bpy.types.Context) -> None:
         for operator in operators.CLASSES:
-            if operator.bl_idname == "prt.show_light":
-                self.layout.operator_menu_enum(operator.bl_idname, "kind")
+            if operator.bl_idname in _CHOICES:
+                self.layout.operator_menu_enum(operator.bl_idname, _CHOICES[operator.bl_idname])
             elif operator.bl_idname == "prt.use_sky":
                 self.layout.menu(PRT_MT_skies.bl_idname)
             elif "INTERNAL" not in getattr(operator, "bl_options", ()):

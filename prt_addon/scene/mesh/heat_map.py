@@ -7,34 +7,17 @@ import bpy
 import numpy as np
 import numpy.typing as npt
 
+from . import temporary_layer
 from .meshes import ObjectReceivers
 
-LAYER = "PRT Error"
+LAYER = temporary_layer.ERROR
 FULL_COLOUR = 0.25
 """The error, as a share of the object's true radiance, that is shown in full red or blue."""
-
-_WAS_ACTIVE = "prt_active_before_error"
 
 
 def write(mesh: bpy.types.Mesh, receivers: ObjectReceivers, errors: npt.NDArray[np.float64]) -> None:
     """Show signed errors (receivers,) as the mesh's active colour layer, in place of an earlier map."""
-    remove(mesh)
-    mesh[_WAS_ACTIVE] = mesh.color_attributes.active_color_name
-    mesh.attributes.new(LAYER, "FLOAT_COLOR", receivers.domain)
-    mesh.attributes[LAYER].data.foreach_set("color", _colours(errors)[receivers.element_receiver].reshape(-1))
-    mesh.color_attributes.active_color_name = LAYER
-    mesh.update()
-
-
-def remove(mesh: bpy.types.Mesh) -> bool:
-    """Remove the map, and make active what was before; True if there was one."""
-    found = mesh.attributes.get(LAYER)
-    if found:
-        mesh.attributes.remove(found)
-        mesh.color_attributes.active_color_name = mesh.get(_WAS_ACTIVE, "")
-    if _WAS_ACTIVE in mesh:
-        del mesh[_WAS_ACTIVE]
-    return found is not None
+    temporary_layer.show(mesh, LAYER, receivers.domain, _colours(errors)[receivers.element_receiver])
 
 
 def _colours(errors: npt.NDArray[np.float64]) -> npt.NDArray[np.float32]:

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from ...core.layout import LAYERS, Space, packed
 from ...core.problem import BakeSettings
+from . import temporary_layer
 from .meshes import Domain, layer_array
 from .record import RECORD, Evidence, write_record
 
@@ -47,6 +48,7 @@ def write(
         evidence: what the bake depended on; without it nobody can tell later whether it still holds.
         elements: vertices and face corners of the mesh that people edit, if that is another one.
     """
+    temporary_layer.take_back(mesh, (temporary_layer.TRANSPORT,))  # it would show transport that is no longer there
     colours = mesh.color_attributes
     active, rendered = colours.active_color_name, colours.default_color_name
     remove(mesh)

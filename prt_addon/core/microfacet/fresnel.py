@@ -1,0 +1,25 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Fresnel says what share of light a mirror reflects, by Schlick's approximation (1994)."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+
+
+def grazing_share(cosine: npt.ArrayLike) -> Array:
+    """`(1 - cosine)**5`, how far the colour has gone to white; cosine between ray and mirror's normal, in [0, 1]."""
+    return (1.0 - np.asarray(cosine, dtype=np.float64)) ** 5
+
+
+def schlick(facing: npt.ArrayLike, cosine: npt.ArrayLike) -> Array:
+    """F: reflectance in [0, 1]; `facing` is that of rays along the normal (F0). Shapes broadcast."""
+    facing = np.asarray(facing, dtype=np.float64)
+    return facing + (1.0 - facing) * grazing_share(cosine)
+
+
+def schlick_average(facing: npt.ArrayLike) -> Array:
+    """F_avg, weighed by the cosine: the integral of `2 mu schlick(facing, mu)` over mu, `(20 facing + 1) / 21`."""
+    return (20.0 * np.asarray(facing, dtype=np.float64) + 1.0) / 21.0
