@@ -58,6 +58,7 @@ class Job(Generic[Value]):
             unit: what it counts, if it counts something else than rays.
         """
         self.work, self.done, self.unit = work, Work(), unit
+        self._shown: Any = None
         self._doing = doing
         self._order = serve.Job(task, arguments, run, threads, patience)
         self._speeds = deque([(time.monotonic(), Work())])
@@ -126,6 +127,11 @@ class Job(Generic[Value]):
             session.engine.send(serve.Cancel())
             self.step()
 
+    def take_shown(self) -> Any:
+        """What the engine has shown since this was last asked, if anything: the latest."""
+        shown, self._shown = self._shown, None
+        return shown
+
     def result(self) -> Value:
         """What the work came to; waits for it.
 
@@ -147,6 +153,9 @@ class Job(Generic[Value]):
             self._advance(word.done)
             session.engine.send(serve.Continue())
             return
+        if isinstance(word, serve.Shown):
+            self._shown = word.value
+            return
         if isinstance(word, serve.Result):
             self._advance(word.done)
         elif not isinstance(word, serve.Failure):
@@ -164,10 +173,15 @@ class Job(Generic[Value]):
 
 
 def bake_job(
-    problem: BakeProblem, run: Run = DEFAULT_RUN, threads: int = 0, patience: float = PATIENCE
+    problem: BakeProblem,
+    run: Run = DEFAULT_RUN,
+    threads: int = 0,
+    patience: float = PATIENCE,
+    previews: bool = False,
 ) -> Job[BakeResult]:
-    """The job of a whole bake."""
-    return Job(tasks.bake, problem, work=problem.work, run=run, threads=threads, patience=patience)
+    """The job of a whole bake, which may show a `Preview` or several before it is done."""
+    task = tasks.bake_with_previews if previews else tasks.bake
+    return Job(task, problem, work=problem.work, run=run, threads=threads, patience=patience)
 
 
 def running_job() -> Job[Any] | None:
