@@ -24,7 +24,7 @@ from ..settings import MODES, SPACES, scene_settings
 from .read import survey
 
 State = Literal["FRESH", "STALE", "NEVER", "UNKNOWN", "NEWER", "UNCHECKED"]
-Cause = Literal["HIDDEN", "GEOMETRY", "MOVED", "OTHERS", "COLOURS", "SETTINGS"]
+Cause = Literal["PREVIEW", "HIDDEN", "GEOMETRY", "MOVED", "OTHERS", "COLOURS", "SETTINGS"]
 
 _HEADLINES: dict[State, str] = {
     "NEVER": "never baked",
@@ -126,9 +126,12 @@ def glance(context: bpy.types.Context, ob: bpy.types.Object, settings: BakeSetti
         record.fingerprint.transform, transform_of(ob.matrix_world, record.settings.mode, record.space)
     ):
         causes.add("MOVED")
-    phrases = {cause: phrase for cause, phrase in _PHRASES.items() if cause in causes}
+    phrases: dict[Cause, str] = {cause: phrase for cause, phrase in _PHRASES.items() if cause in causes}
     other_settings = _other_settings(record, settings or scene_settings(context.scene), ob.prt.space)
-    if other_settings:
+    if record.preview_of:
+        seen = f"it is a preview, {record.settings.samples} of {record.preview_of} rays"
+        phrases = {"PREVIEW": seen, **phrases}
+    elif other_settings:
         phrases["SETTINGS"] = f"baked with other settings ({other_settings})"
     if phrases:
         return Freshness(ob.name, "STALE", phrases)
