@@ -2,6 +2,7 @@
 """What operators that bake have in common: to the end from a script, behind a live window from the button."""
 
 import signal
+import time
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +15,10 @@ from ..prt_addon.worker.job import Job, end_engine, running_job, wake_engine
 from .progress import ctrl_c, interrupt_once, terminal_bar
 from .reporting import reports_errors
 
-_TICK = 0.1  # seconds
+TICK = 0.02
+"""Seconds between two looks at a job: a scene goes to the engine, and a preview comes back, a piece at each."""
+
+_PAUSE = 0.1  # seconds between two words about progress
 
 
 class WhenIdle:
@@ -42,6 +46,7 @@ class JobOperator(WhenIdle):
     """What the status bar calls it."""
     _job: Job[Any] | None = None
     _warnings = 0
+    _told = 0.0
     _is_watched = False
     """Whether someone looks at the window meanwhile."""
     if TYPE_CHECKING:  # what every operator has
@@ -80,7 +85,7 @@ class JobOperator(WhenIdle):
             return self.execute(context)
         self._is_watched = True
         context.workspace.status_text_set("PRT: reading the scene")
-        session.timer = context.window_manager.event_timer_add(_TICK, window=context.window)
+        session.timer = context.window_manager.event_timer_add(TICK, window=context.window)
         context.window_manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
 
@@ -133,7 +138,8 @@ class JobOperator(WhenIdle):
             if not self._job.running:
                 return self._finish(context)
         state = self._watch(context) if self._job else self._start(context)
-        if self._job:
+        if self._job and time.monotonic() > self._told + _PAUSE:
+            self._told = time.monotonic()
             context.workspace.status_text_set(f"{self._activity}: {self._job.text}  (Esc cancels)")
             _redraw(context)
         return state
@@ -223,7 +229,7 @@ def _watch_on_terminal(job: Job[Any], look: Callable[[], None]) -> None:
     """Wait for the end, looking now and then; with a progress bar where someone can see it: on a terminal, in background."""
     bar = terminal_bar(job.work.rays, job.unit)
     while job.running:
-        job.wait(_TICK)
+        job.wait(_PAUSE)
         if job.running:
             look()
         if bar is not None:

@@ -166,6 +166,8 @@ def test_a_preview_says_what_it_is(blender, part, stage, modal, capfd, tmp_path)
     with pytest.raises(RuntimeError, match=r"Stale: .*'Plain'"):
         blender.ops.prt.check(fail_if_stale=True)
     assert f"'Carried': {said}" in capfd.readouterr().out
+    blender.ops.prt.bake_shard(directory=str(tmp_path), samples=16)
+    assert "6 objects hold previews: bake them, or merge their shards, before they render" in capfd.readouterr().out
     blender.ops.prt.bake(samples=16)
     assert len([ob for ob in blender.data.objects if part("carrier").is_carrier(ob)]) == 3
     assert not any("preview" in text for text in glances(blender, part))
@@ -234,6 +236,14 @@ def test_edit_mode_is_not_disturbed(blender, part, stage, modal):
     blender.ops.object.mode_set(mode="OBJECT")
     desk.until_shown()
     assert f"of {LONG} rays" in glances(blender, part)[0]
+
+
+def test_nothing_else_touches_what_is_baked_meanwhile(blender, stage, modal):
+    """What would be taken back with the preview, or written over by the end."""
+    furnish(stage)
+    modal(LONG).until_shown()
+    for name in ("remove", "add_shading", "remove_shading", "import_games202", "freeze", "refine"):
+        assert not getattr(blender.ops.prt, name).poll(), name
 
 
 def test_objects_may_be_renamed_meanwhile(blender, part, stage, modal):
