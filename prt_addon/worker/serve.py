@@ -187,6 +187,7 @@ class _ToldMonitor(Monitor):
         self.done = Work()
         self._channel, self._aside = channel, aside
         self._next, self._answered = 0.0, True
+        self._waiting: Shown | None = None
 
     def advance(self, work: Work) -> None:
         """Count it; see `Monitor`."""
@@ -204,15 +205,21 @@ class _ToldMonitor(Monitor):
         self._next = time.monotonic() + _PAUSE
 
     def show(self, preview: object) -> None:
-        """See `Monitor`. What is shown before Blender has taken what came before it is not sent."""
-        if not self._aside.busy:
-            self._aside.send(Shown(preview))
+        """See `Monitor`. Until Blender has taken what came before it waits, and the latest of those that wait is sent."""
+        self._waiting = Shown(preview)
+        self._send_waiting()
+
+    def _send_waiting(self) -> None:
+        if self._waiting and not self._aside.busy:
+            self._aside.send(self._waiting)
+            self._waiting = None
 
     def _talk(self) -> None:
         for word in self._channel.take(_PAUSE):
             if isinstance(word, Cancel):
                 raise Cancelled(CANCELLED)
             self._answered = True
+        self._send_waiting()
         if self._answered and not self._aside.busy:
             self._channel.post(Progress(self.done))
             self._channel.flush()
