@@ -52,6 +52,7 @@ bench: $(VENV)/.bench
 
 gallery: $(VENV)/.ready
 	$(VENV)/bin/python tools/gallery.py
+	$(VENV)/bin/python tools/previews.py --output docs/pictures/previews.jpg
 
 lint: $(LINT)/.ready
 	$(LINT)/bin/ruff check .
