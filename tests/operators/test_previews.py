@@ -224,6 +224,17 @@ def test_other_vertices_leave_no_place_for_what_was(blender, part, stage, modal)
     assert "_PRT_0" not in plain.data.attributes and "prt_bake" not in plain.data
 
 
+def test_they_are_missed_at_the_end_too(blender, part, stage, modal):
+    """Where Blender has told of no edit, as in Edit Mode."""
+    plain, _ = furnish(stage)
+    blender.ops.prt.bake(samples=4, seed=7)
+    desk = modal(LONG).until_shown()
+    plain.data.vertices.add(1)
+    with pytest.raises(part("errors").MeshError, match=r"'Sphere' was edited .* its earlier transport is gone"):
+        desk._bake.write(blender.context, desk._preview.result)
+    assert "_PRT_0" not in plain.data.attributes and part("session").session.before is None
+
+
 def test_edit_mode_is_not_disturbed(blender, part, stage, modal):
     """A preview waits until the person has left it."""
     plain, _ = furnish(stage)

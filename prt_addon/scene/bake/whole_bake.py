@@ -177,7 +177,10 @@ class WholeBake:
         """
         with self._place.again(context):
             self._as_read &= not session.shapes_changed
-            take_back()
+            if lost := take_back():
+                raise MeshError(
+                    f"Mesh '{lost[0]}' was edited during the bake: its earlier transport is gone. Bake again."
+                )
             return self._write(context, result, preview)
 
     def _write(
