@@ -54,6 +54,7 @@ bench: $(VENV)/.bench
 
 gallery: $(VENV)/.ready
 	$(VENV)/bin/python tools/gallery.py
+	$(VENV)/bin/python tools/previews.py --output docs/pictures/previews.jpg
 
 web: build/.web $(VENV)/.ready
 	cd web && npm run build --workspace @prt-relight/viewer

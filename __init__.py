@@ -6,6 +6,7 @@ from __future__ import annotations
 from . import operators, ui
 from .prt_addon import handlers
 from .prt_addon.scene import preferences, settings
+from .prt_addon.scene.bake.before import take_back
 from .prt_addon.scene.export.gltf import (
     glTF2ExportUserExtension as glTF2ExportUserExtension,  # Blender looks for it here
 )
@@ -22,6 +23,7 @@ def register() -> None:
 
 def unregister() -> None:
     end_engine()
+    take_back()
     for part in reversed(_PARTS):
         part.unregister()
     session.forget_file()

@@ -2,13 +2,16 @@
 """The bake: transport of the chosen meshes, the world's light and the shading, in one go."""
 
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import bpy
 from bpy.props import BoolProperty
 
+from ..prt_addon.core.bake.bake import BakeResult
+from ..prt_addon.core.bake.previews import Preview, is_worth
 from ..prt_addon.core.bake.shards import PieceFolder
-from ..prt_addon.core.problem import TraceKey
+from ..prt_addon.core.problem import BakeProblem, TraceKey
+from ..prt_addon.scene.bake.before import take_back
 from ..prt_addon.scene.bake.whole_bake import WholeBake
 from ..prt_addon.scene.preferences import engine_patience
 from ..prt_addon.scene.settings import (
@@ -20,8 +23,9 @@ from ..prt_addon.scene.settings import (
     run_settings,
     windowing,
 )
-from ..prt_addon.worker.job import Job, bake_job
-from .job import JobOperator
+from ..prt_addon.session import session
+from ..prt_addon.worker.job import Job, bake_job, running_job
+from .job import JobOperator, redraw_views
 
 
 class WholeBakeOperator(JobOperator, BakeProperties, LightProperties):
@@ -34,9 +38,18 @@ class WholeBakeOperator(JobOperator, BakeProperties, LightProperties):
         name="Add Shading", description="Also relight the materials in EEVEE", default=True
     )
 
+    _preview: Preview | None = None
+    """The latest that the engine has shown, and"""
+    _is_shown = False
+    """whether it was written."""
+
     def _pieces(self, context: bpy.types.Context, key: TraceKey) -> PieceFolder | None:
         """Where what the rays find is kept."""
         raise NotImplementedError
+
+    def _wants_previews(self, _problem: BakeProblem) -> bool:
+        """Whether previews are shown before the end."""
+        return False
 
     def _begin(self, context: bpy.types.Context) -> Job[Any]:
         scene = context.scene
@@ -49,15 +62,37 @@ class WholeBakeOperator(JobOperator, BakeProperties, LightProperties):
         )
         problem = whole.plan.problem
         run = replace(run_settings(scene, self), pieces=self._pieces(context, problem.trace_key))
-        return bake_job(problem, run, scene.render.threads, engine_patience(context))
+        return bake_job(problem, run, scene.render.threads, engine_patience(context), self._wants_previews(problem))
+
+    def _look(self, context: bpy.types.Context) -> None:
+        assert self._job
+        self._bake.look()
+        if shown := self._job.take_shown():
+            self._preview, self._is_shown = shown, False
+        if self._preview and not self._is_shown and self._bake.can_show(context):
+            self._bake.show(context, self._preview)
+            self._is_shown = True
+            self._job.shows = f"preview, {_rays(self._preview)}"
+            redraw_views(context)
+
+    def _abandon(self) -> None:
+        super()._abandon()
+        self._warn(f"'{name}' was edited: its earlier transport is gone." for name in take_back())
 
     def _end(self, context: bpy.types.Context, result: Any) -> None:
         assert self._job
-        notices, notes = self._bake.write(context, result)
+        if isinstance(result, Preview):
+            self._write(context, result.result, result)
+            self._conclude(f"Kept the preview of {self._bake.summary}, {_rays(result)}.")
+        else:
+            self._write(context, result)
+            self._conclude(f"Baked {self._bake.summary}, {self._job.work.rays:,} rays.")
+
+    def _write(self, context: bpy.types.Context, result: BakeResult, preview: Preview | None = None) -> None:
+        notices, notes = self._bake.write(context, result, preview)
         self._say(context, self._bake.notices(result) + notices)
         for note in notes:
             self.report({"INFO"}, note)
-        self._conclude(f"Baked {self._bake.summary}, {self._job.work.rays:,} rays.")
 
 
 class PRT_OT_bake(WholeBakeOperator, RunProperties, bpy.types.Operator):
@@ -67,9 +102,49 @@ class PRT_OT_bake(WholeBakeOperator, RunProperties, bpy.types.Operator):
     bl_label = "Bake PRT"
     bl_options = {"UNDO"}
 
+    previews: BoolProperty(  # type: ignore[valid-type]
+        name="Previews",
+        description="Show what comes before all rays are cast. The button does unless it is told not to, scripts only if they are told",
+        default=False,
+        options={"SKIP_SAVE"},
+    )
+    if TYPE_CHECKING:  # what every operator has
+        properties: Any
+
+    def _wants_previews(self, problem: BakeProblem) -> bool:
+        if self.properties.is_property_set("previews"):
+            return bool(self.previews)
+        return self._is_watched and is_worth(problem)
+
     def _pieces(self, context: bpy.types.Context, key: TraceKey) -> PieceFolder | None:
         folder = checkpoints(context.scene, self)
         return PieceFolder(folder, key) if folder else None
 
 
-CLASSES = (PRT_OT_bake,)
+class PRT_OT_keep_preview(bpy.types.Operator):
+    """Stop the bake, and keep the preview that is shown"""
+
+    bl_idname = "prt.keep_preview"
+    bl_label = "Keep Preview"
+    bl_options = {"INTERNAL"}
+
+    @classmethod
+    def poll(cls, _context: bpy.types.Context) -> bool:
+        if running_job() and session.before:
+            return True
+        cls.poll_message_set("No preview is shown")
+        return False
+
+    def execute(self, _context: bpy.types.Context) -> set[str]:
+        job = running_job()
+        if job:
+            job.keep()
+        return {"FINISHED"}
+
+
+def _rays(preview: Preview) -> str:
+    """How many there are, in words."""
+    return f"{preview.settings.samples} of {preview.samples} rays"
+
+
+CLASSES = (PRT_OT_bake, PRT_OT_keep_preview)

@@ -10,6 +10,7 @@ from ..prt_addon.scene.blender.modes import object_mode
 from ..prt_addon.scene.export import games202 as interchange
 from ..prt_addon.scene.shading import shading
 from .folder import FolderBrowser, folder_property
+from .job import WhenIdle
 from .reporting import reports_errors
 
 
@@ -35,7 +36,7 @@ class PRT_OT_export_games202(FolderBrowser, bpy.types.Operator):
         return {"FINISHED"}
 
 
-class PRT_OT_import_games202(FolderBrowser, bpy.types.Operator):
+class PRT_OT_import_games202(WhenIdle, FolderBrowser, bpy.types.Operator):
     """Read transport.txt onto the active mesh and light.txt into the world, and relight the mesh with them"""
 
     bl_idname = "prt.import_games202"

@@ -2,7 +2,8 @@
 """What operators that bake have in common: to the end from a script, behind a live window from the button."""
 
 import signal
-from collections.abc import Iterable
+import time
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
 import bpy
@@ -14,7 +15,10 @@ from ..prt_addon.worker.job import Job, end_engine, running_job, wake_engine
 from .progress import ctrl_c, interrupt_once, terminal_bar
 from .reporting import reports_errors
 
-_TICK = 0.1  # seconds
+TICK = 0.02
+"""Seconds between two looks at a job: a scene goes to the engine, and a preview comes back, a piece at each."""
+
+_PAUSE = 0.1  # seconds between two words about progress
 
 
 class WhenIdle:
@@ -42,6 +46,9 @@ class JobOperator(WhenIdle):
     """What the status bar calls it."""
     _job: Job[Any] | None = None
     _warnings = 0
+    _told = 0.0
+    _is_watched = False
+    """Whether someone looks at the window meanwhile."""
     if TYPE_CHECKING:  # what every operator has
         report: Any
 
@@ -53,21 +60,32 @@ class JobOperator(WhenIdle):
         """Use what the job came to."""
         raise NotImplementedError
 
+    def _look(self, context: bpy.types.Context) -> None:
+        """What there is to be done while the job goes on; whatever this raises ends it."""
+
+    def _abandon(self) -> None:
+        """Nothing comes of the job: end it, and leave nothing of it behind."""
+        if self._job and self._job.running:
+            end_engine()
+
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Work to the end: for scripts and background."""
         with ctrl_c(interrupt_once):
-            started = self._run(context)
-        if started != {"RUNNING_MODAL"}:
-            return started
+            state = self._run(context)
         with ctrl_c(signal.SIG_IGN):  # too late: half a result must not stay
-            return self._finish(context)
+            if state == {"RUNNING_MODAL"}:
+                state = self._finish(context)
+            if state == {"CANCELLED"}:
+                self._abandon()
+        return state
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
         """Work behind a live window: for the button. The scene is read when the window says so."""
         if bpy.app.background:
             return self.execute(context)
+        self._is_watched = True
         context.workspace.status_text_set("PRT: reading the scene")
-        session.timer = context.window_manager.event_timer_add(_TICK, window=context.window)
+        session.timer = context.window_manager.event_timer_add(TICK, window=context.window)
         context.window_manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
 
@@ -82,14 +100,15 @@ class JobOperator(WhenIdle):
         try:
             state = self._step(context)
         finally:
+            if state == {"CANCELLED"}:
+                self._abandon()
             if state != {"RUNNING_MODAL"}:
                 stop_watching(context)
         return state
 
     def cancel(self, context: bpy.types.Context) -> None:
         """Blender ends the operator itself: another file is loaded, or the window closes."""
-        if self._job and self._job.running:
-            end_engine()
+        self._abandon()
         stop_watching(context)
 
     def _warn(self, warnings: Iterable[str]) -> None:
@@ -118,8 +137,9 @@ class JobOperator(WhenIdle):
             self._job.step()
             if not self._job.running:
                 return self._finish(context)
-        state = {"RUNNING_MODAL"} if self._job else self._start(context)
-        if self._job:
+        state = self._watch(context) if self._job else self._start(context)
+        if self._job and time.monotonic() > self._told + _PAUSE:
+            self._told = time.monotonic()
             context.workspace.status_text_set(f"{self._activity}: {self._job.text}  (Esc cancels)")
             _redraw(context)
         return state
@@ -133,12 +153,17 @@ class JobOperator(WhenIdle):
         return {"RUNNING_MODAL"}
 
     @reports_errors
+    def _watch(self, context: bpy.types.Context) -> set[str]:
+        self._look(context)
+        return {"RUNNING_MODAL"}
+
+    @reports_errors
     def _run(self, context: bpy.types.Context) -> set[str]:
         """Start and wait for the end."""
         try:
             started = self._start(context)
             if self._job:
-                _watch_on_terminal(self._job)
+                _watch_on_terminal(self._job, lambda: self._look(context))
         except KeyboardInterrupt:
             end_engine()  # whatever it was told or was saying is cut off
             raise Interrupted("Interrupted; nothing was changed.") from None
@@ -183,8 +208,16 @@ def stop_watching(context: bpy.types.Context) -> None:
     _redraw(context)
 
 
+def redraw_views(context: bpy.types.Context) -> None:
+    """There is something new to see in them."""
+    for window in context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "VIEW_3D":
+                area.tag_redraw()
+
+
 def _redraw(context: bpy.types.Context) -> None:
-    """The sidebars alone: a view of a million faces takes long to draw, and a bake changes nothing in it until it ends."""
+    """The sidebars alone: a view of a million faces takes long to draw, and progress changes nothing in it."""
     for window in context.window_manager.windows:
         for area in window.screen.areas:
             for region in area.regions if area.type == "VIEW_3D" else ():
@@ -192,11 +225,13 @@ def _redraw(context: bpy.types.Context) -> None:
                     region.tag_redraw()
 
 
-def _watch_on_terminal(job: Job[Any]) -> None:
-    """A progress bar where someone can see it: on a terminal, in background."""
+def _watch_on_terminal(job: Job[Any], look: Callable[[], None]) -> None:
+    """Wait for the end, looking now and then; with a progress bar where someone can see it: on a terminal, in background."""
     bar = terminal_bar(job.work.rays, job.unit)
     while job.running:
-        job.wait(_TICK)
+        job.wait(_PAUSE)
+        if job.running:
+            look()
         if bar is not None:
             bar.set_postfix_str(
                 "bouncing light" if job.done.rays == job.work.rays and job.running else "", refresh=False

@@ -11,10 +11,11 @@ from ..prt_addon.scene.light import light
 from ..prt_addon.scene.mesh import carrier, layers, temporary_layer
 from ..prt_addon.scene.report import compare, report
 from ..prt_addon.scene.shading import probe, shading
+from .job import WhenIdle
 from .reporting import reports_errors
 
 
-class PRT_OT_remove(bpy.types.Operator):
+class PRT_OT_remove(WhenIdle, bpy.types.Operator):
     """Remove transport and shading from the selected meshes (all of the scene if none is selected), and with the last of them the SH light, probes and reports"""
 
     bl_idname = "prt.remove"

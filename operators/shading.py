@@ -8,10 +8,11 @@ import bpy
 from ..prt_addon.core.notices import counted
 from ..prt_addon.scene.bake import choose
 from ..prt_addon.scene.shading import shading
+from .job import WhenIdle
 from .reporting import reports_errors
 
 
-class PRT_OT_add_shading(bpy.types.Operator):
+class PRT_OT_add_shading(WhenIdle, bpy.types.Operator):
     """Relight the selected meshes' materials in EEVEE, beside their own nodes, which Cycles keeps rendering"""
 
     bl_idname = "prt.add_shading"
@@ -31,7 +32,7 @@ class PRT_OT_add_shading(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class PRT_OT_remove_shading(bpy.types.Operator):
+class PRT_OT_remove_shading(WhenIdle, bpy.types.Operator):
     """Restore the selected meshes' materials to what they were; the baked transport stays"""
 
     bl_idname = "prt.remove_shading"

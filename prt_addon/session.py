@@ -11,6 +11,7 @@ if TYPE_CHECKING:
 
     from .core.notices import Counted
     from .glances import LightGlance
+    from .scene.bake.before import Before
     from .scene.mesh.record import BakeRecord
     from .worker.engine import Engine
     from .worker.job import Job
@@ -22,6 +23,7 @@ class Session:
 
     engine, job: the process that computes, and what it works on.
     timer: wakes the operator that watches a job.
+    before: what a preview of that job has replaced in the file; None while none is shown.
     notices: what the last bake of each scene had to say.
     checked: by object, its record when it was last checked, and the causes for which it was stale then.
     glances: what panels show of the light of each world.
@@ -36,6 +38,7 @@ class Session:
     engine: Engine | None = None
     job: Job[Any] | None = None
     timer: bpy.types.Timer | None = None
+    before: Before | None = None
     notices: dict[int, list[Counted]] = field(default_factory=dict)
     checked: dict[int, tuple[BakeRecord, frozenset[Any]]] = field(default_factory=dict)
     glances: dict[int, LightGlance] = field(default_factory=dict)
@@ -48,7 +51,8 @@ class Session:
     projecting: bool = False
 
     def forget_file(self) -> None:
-        """Another file is open: nothing that was looked up holds any more."""
+        """Another file is open: nothing that was looked up holds any more, nor can anything be brought back."""
+        self.before = None
         for known in (self.notices, self.checked, self.glances, self.outdated, self.sky_energies):
             known.clear()
 

@@ -7,6 +7,7 @@
 WHERE = {
     "albedo": "scene.material.albedo",
     "bake": "core.bake.bake",
+    "before": "scene.bake.before",
     "carrier": "scene.mesh.carrier",
     "choose": "scene.bake.choose",
     "cube_map": "core.sky.cube_map",

@@ -205,3 +205,81 @@ def baked_bytes(scene):
         if key.startswith("prt_light_")
     }
     return meshes, world
+
+
+def file_snapshot():
+    """All that a bake might change, and how the file's data-blocks are called."""
+    collections = [prop.identifier for prop in bpy.data.bl_rna.properties if prop.type == "COLLECTION"]
+    scene = bpy.context.scene
+    return {
+        "blocks": {
+            name: sorted((each.name, each.users, each.use_fake_user) for each in getattr(bpy.data, name))
+            for name in collections
+            if name not in {"window_managers", "screens", "workspaces"}
+        },
+        "meshes": {mesh.name: _mesh_snapshot(mesh) for mesh in bpy.data.meshes},
+        "materials": {
+            material.name: (_uses_nodes(material) and node_snapshot(material.node_tree), sorted(material.keys()))
+            for material in bpy.data.materials
+        },
+        "objects": {
+            ob.name: (
+                ob.mode,
+                ob.select_get(view_layer=bpy.context.view_layer),
+                ob.data.name if ob.data else None,
+                [slot.material and slot.material.name for slot in ob.material_slots],
+                [_modifier_snapshot(modifier) for modifier in ob.modifiers],
+            )
+            for ob in bpy.data.objects
+        },
+        "worlds": {world.name: _world_snapshot(world) for world in bpy.data.worlds},
+        "scene": (scene.frame_current, sorted(scene.keys())),
+    }
+
+
+def _uses_nodes(material):
+    """Since 5.0 all do; before, one that did once keeps nodes that count for nothing."""
+    return bpy.app.version >= (5, 0, 0) or material.use_nodes
+
+
+def _mesh_snapshot(mesh):
+    layers = {}
+    for layer in mesh.attributes:
+        if layer.name.startswith("_PRT_"):
+            values = np.empty(len(layer.data) * 4, dtype=np.float32)
+            layer.data.foreach_get("color", values)
+            layers[layer.name] = layer.domain, values.tobytes()
+        else:
+            layers[layer.name] = layer.domain, layer.data_type
+    colours = mesh.color_attributes
+    keys = {key: repr(getattr(value, "to_dict", lambda v=value: v)()) for key, value in mesh.items()}
+    return layers, keys, colours.active_color_name, colours.default_color_name
+
+
+def _modifier_snapshot(modifier):
+    settings = {
+        prop.identifier: repr(getattr(modifier, prop.identifier))
+        for prop in modifier.bl_rna.properties
+        if prop.type in {"BOOLEAN", "INT", "FLOAT", "STRING", "ENUM"}
+        and prop.identifier not in {"execution_time", "persistent_uid"}
+    }
+    settings["node_group"] = getattr(getattr(modifier, "node_group", None), "name", None)
+    return settings
+
+
+def _world_snapshot(world):
+    keys = {
+        key: repr(getattr(value, "to_list", lambda v=value: v)()) for key, value in world.items() if key != "prt_light"
+    }
+    drivers = [
+        (curve.data_path, curve.array_index, curve.driver.expression)
+        for curve in (world.animation_data.drivers if world.animation_data else ())
+    ]
+    record = world.get("prt_light")
+    return (
+        node_snapshot(world.node_tree),
+        keys,
+        record and repr(record.to_dict()),
+        world.animation_data is None,
+        drivers,
+    )

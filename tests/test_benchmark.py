@@ -79,7 +79,14 @@ def test_blender_is_read_and_written_quickly(results):
     assert results["blender SHADOWED"]["ratio"]["cpu"] < 0.15
 
 
+def test_a_picture_is_there_long_before_the_end(results):
+    """And what comes before it makes the bake little longer."""
+    result = results["first_picture 20000"]
+    assert result["first"] < 0.8 * result["last"]
+    assert results["previews"]["ratio"]["cpu"] < 1.3
+
+
 def test_table_names_every_target(results):
     """One row at least for each number that is wanted."""
-    for wanted in ("<= 1.22", "<= 1.40", "<= 1.05", "<= 600 MiB", "<= 3%", ">= 5 million/s"):
+    for wanted in ("<= 1.22", "<= 1.40", "<= 1.05", "<= 600 MiB", "<= 3%", ">= 5 million/s", "<= 1.10", "<= 1 s"):
         assert wanted in results["table"]

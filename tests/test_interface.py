@@ -50,12 +50,19 @@ def test_menu_offers_every_operator(blender, classes):
     entries = [draw.__module__ for draw in blender.types.VIEW3D_MT_object.draw._draw_funcs]
     assert entries.count(f"{headless.PACKAGE}.ui.menu") == 1
     internal = {cls.bl_idname for cls, _ in operators(blender, classes) if "INTERNAL" in getattr(cls, "bl_options", ())}
-    assert internal <= {"prt.cancel", "prt.bake_preset_add", "prt.select_noticed"}
+    assert internal <= {"prt.cancel", "prt.keep_preview", "prt.bake_preset_add", "prt.select_noticed"}
 
 
 def test_what_changes_data_can_be_undone(blender, classes):
     """All but looking, writing files, and what only touches the interface."""
-    changes_nothing = ("prt.cancel", "prt.check", "prt.export", "prt.bake_preset_add", "prt.bake_shard")
+    changes_nothing = (
+        "prt.cancel",
+        "prt.keep_preview",
+        "prt.check",
+        "prt.export",
+        "prt.bake_preset_add",
+        "prt.bake_shard",
+    )
     for cls, _ in operators(blender, classes):
         can_be_undone = "UNDO" in getattr(cls, "bl_options", ())
         assert can_be_undone != cls.bl_idname.startswith(changes_nothing), cls.bl_idname

@@ -226,7 +226,7 @@ def test_the_window_shows_another_scene_when_a_bake_ends(blender, part, scene, s
 
 
 def test_what_moved_while_a_bake_ran_is_not_called_fresh(blender, part, scene, ball):
-    """A vertex, or an object beside it: the result is of what was read, and a check says so."""
+    """A vertex ends it, as its result is of what was read; an object that was moved is for a check to tell."""
     settings = part("problem").BakeSettings(mode="SHADOWED", samples=16)
 
     def bake(change):
@@ -243,7 +243,14 @@ def test_what_moved_while_a_bake_ran_is_not_called_fresh(blender, part, scene, b
         ball.data.vertices[0].co.z += 0.3
         ball.data.update()
 
-    assert bake(pull_a_vertex) == "UNCHECKED"
+    with pytest.raises(part("errors").MeshError, match="'Ball' was edited during the bake"):
+        bake(pull_a_vertex)
+    assert bake(lambda: None) == "FRESH"
+
+    def put_it_aside():
+        ball.location.z += 0.3
+
+    assert bake(put_it_aside) in {"UNCHECKED", "STALE"}
     blender.ops.prt.check()
     assert part("freshness").glance(blender.context, ball, settings).state == "STALE"
 

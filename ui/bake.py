@@ -8,6 +8,7 @@ import bpy
 from ..prt_addon.core.transport import raycast
 from ..prt_addon.scene.bake import choose
 from ..prt_addon.scene.settings import scene_settings
+from ..prt_addon.session import session
 from ..prt_addon.worker.job import running_job
 from .presets import PRT_PT_bake_presets
 from .tab import Tab, draw_text
@@ -25,6 +26,8 @@ class PRT_PT_bake(Tab, bpy.types.Panel):
         if job:
             column = layout.column(align=True)
             column.progress(factor=job.progress, text=job.text)
+            if session.before:
+                column.operator("prt.keep_preview", icon="CHECKMARK")
             column.operator("prt.cancel", text="Cancel", icon="X")
             draw_text(context, layout.column(align=True), "Settings are locked until the bake ends.", "INFO")
         else:

@@ -43,5 +43,8 @@ class Monitor:
             Cancelled: if it is to stop.
         """
 
+    def show(self, preview: object) -> None:
+        """There is something to look at, though the work goes on."""
+
 
 UNWATCHED = Monitor()

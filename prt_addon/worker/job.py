@@ -57,7 +57,10 @@ class Job(Generic[Value]):
             doing: what it is doing, in a word, and
             unit: what it counts, if it counts something else than rays.
         """
+        self.shows = ""  # what there is to see of it, in words
         self.work, self.done, self.unit = work, Work(), unit
+        self._shown: Any = None
+        self._is_new = self._is_kept = False
         self._doing = doing
         self._order = serve.Job(task, arguments, run, threads, patience)
         self._speeds = deque([(time.monotonic(), Work())])
@@ -91,12 +94,12 @@ class Job(Generic[Value]):
         """One line for panel and status bar."""
         (then, before), (now, done) = self._speeds[0], self._speeds[-1]
         if not done.total:
-            return self._doing or "preparing the rays"
+            return self._doing or self.shows or "preparing the rays"
         seconds = max(now - then, 1e-9)
         left = max(0, self.work.total - done.total) * seconds / max(done.total - before.total, 1)
         rate = f"{(done.rays - before.rays) / seconds / 1e6:.1f} Mrays/s"
-        doing = "bouncing light" if self.done.rays == self.work.rays else rate
-        return f"{self.progress:.0%}  {self._doing or doing}  {spoken(left)} left"
+        doing = self.shows or ("bouncing light" if self.done.rays == self.work.rays else rate)
+        return f"{self.progress:.0%}  {self._doing or doing}, {spoken(left)} left"
 
     def step(self, wait: float = 0.0) -> None:
         """Look at what the engine has to say; wait some seconds for it."""
@@ -126,8 +129,18 @@ class Job(Generic[Value]):
             session.engine.send(serve.Cancel())
             self.step()
 
+    def take_shown(self) -> Any:
+        """What the engine has shown since this was last asked, if anything: the latest."""
+        is_new, self._is_new = self._is_new, False
+        return self._shown if is_new else None
+
+    def keep(self) -> None:
+        """Ask the engine to stop: the latest that it has shown is the result."""
+        self._is_kept = self._shown is not None
+        self.cancel()
+
     def result(self) -> Value:
-        """What the work came to; waits for it.
+        """What the work came to, or what was kept of it; waits for it.
 
         Raises:
             Cancelled: if it was stopped.
@@ -136,6 +149,9 @@ class Job(Generic[Value]):
         """
         self.wait()
         if isinstance(self._outcome, serve.Failure):
+            if self._is_kept and isinstance(self._outcome.error, Cancelled):
+                kept: Value = self._shown
+                return kept
             raise self._outcome.error
         assert self._outcome, "never started"
         value: Value = self._outcome.value
@@ -146,6 +162,9 @@ class Job(Generic[Value]):
         if isinstance(word, serve.Progress):
             self._advance(word.done)
             session.engine.send(serve.Continue())
+            return
+        if isinstance(word, serve.Shown):
+            self._shown, self._is_new = word.value, True
             return
         if isinstance(word, serve.Result):
             self._advance(word.done)
@@ -164,10 +183,15 @@ class Job(Generic[Value]):
 
 
 def bake_job(
-    problem: BakeProblem, run: Run = DEFAULT_RUN, threads: int = 0, patience: float = PATIENCE
+    problem: BakeProblem,
+    run: Run = DEFAULT_RUN,
+    threads: int = 0,
+    patience: float = PATIENCE,
+    previews: bool = False,
 ) -> Job[BakeResult]:
-    """The job of a whole bake."""
-    return Job(tasks.bake, problem, work=problem.work, run=run, threads=threads, patience=patience)
+    """The job of a whole bake, which may show a `Preview` or several before it is done."""
+    task = tasks.bake_with_previews if previews else tasks.bake
+    return Job(task, problem, work=problem.work, run=run, threads=threads, patience=patience)
 
 
 def running_job() -> Job[Any] | None:

@@ -2,8 +2,9 @@
 """The engine's side of the conversation: reads a job, carries it out, answers; ends when Blender has, or has sent nothing for a while.
 
 Blender sends `Job`s, one at a time, and while one is carried out `Continue` and `Cancel`. The engine answers `READY` once, then to
-each job `Progress` now and then and last `Result` or `Failure`. A `Progress` is sent once the one before was answered by
-`Continue`: Blender may be away for minutes, and a full pipe would hold up the bake.
+each job `Progress` now and then, perhaps something `Shown`, and last `Result` or `Failure`. A `Progress` is sent once the
+one before was answered by `Continue`, and what is shown goes out in a thread of its own: Blender may be away for minutes, and
+a full pipe would hold up the bake.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import traceback
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from ..core.bake.cache import KeptTraces
 from ..core.bake.run import Run
@@ -23,6 +24,9 @@ from ..core.errors import CANCELLED, Cancelled, EngineError, NoRoom, PRTError
 from ..core.monitor import Monitor, Work
 from ..core.workers import Workers
 from .channel import Channel
+
+if TYPE_CHECKING:
+    from concurrent.futures import Future
 
 READY = "ready"
 
@@ -57,6 +61,13 @@ class Progress:
     done: Work
 
 
+@dataclass(frozen=True)
+class Shown:
+    """Something to look at, though the job goes on."""
+
+    value: Any
+
+
 class Continue:
     """Blender has taken note."""
 
@@ -89,7 +100,10 @@ def serve(handle: int, patience: float) -> None:
         channel.flush()
         while job := channel.wait(patience):
             if isinstance(job, Job):  # a word to a job that has just ended comes too late
-                channel.post(_answer(job, channel, kept))
+                aside = _Aside(channel)
+                answer = _answer(job, channel, kept, aside)
+                aside.finish()
+                channel.post(answer)
                 channel.flush()
                 patience = job.patience + _LONGER
         _end("nobody asked for anything")
@@ -111,9 +125,9 @@ def _connection(handle: int) -> Connection:
     return Connection(handle)
 
 
-def _answer(job: Job, channel: Channel, kept: KeptTraces) -> Result | Failure:
+def _answer(job: Job, channel: Channel, kept: KeptTraces, aside: _Aside) -> Result | Failure:
     """Carry out a job."""
-    monitor = _ToldMonitor(channel)
+    monitor = _ToldMonitor(channel, aside)
     try:
         monitor.check_cancelled()
         run = replace(job.run, workers=Workers(job.threads, monitor), kept=kept)
@@ -134,13 +148,46 @@ def _answer(job: Job, channel: Channel, kept: KeptTraces) -> Result | Failure:
         return Failure(EngineError(f"The engine failed: {type(error).__name__}: {error}. Nothing was changed."))
 
 
+class _Aside:
+    """Sends large messages beside the work. While it is busy nobody else may send."""
+
+    def __init__(self, channel: Channel) -> None:
+        self._channel = channel
+        self._sending: Future[bool] | None = None
+
+    @property
+    def busy(self) -> bool:
+        """Whether a message is on its way."""
+        return self._sending is not None and not self._sending.done()
+
+    def send(self, message: Any) -> None:
+        """Send one, and return before it is sent."""
+        from concurrent.futures import ThreadPoolExecutor  # in the engine's process alone
+
+        self.finish()
+        self._channel.post(message)
+        pool = ThreadPoolExecutor(1)
+        self._sending = pool.submit(self._channel.flush)
+        pool.shutdown(wait=False)
+
+    def finish(self) -> None:
+        """Wait until all is sent.
+
+        Raises:
+            OSError: if Blender is gone.
+        """
+        if self._sending:
+            self._sending.result()
+
+
 class _ToldMonitor(Monitor):
     """Tells Blender of a job's progress, and listens whether it is to go on."""
 
-    def __init__(self, channel: Channel) -> None:
+    def __init__(self, channel: Channel, aside: _Aside) -> None:
         self.done = Work()
-        self._channel = channel
+        self._channel, self._aside = channel, aside
         self._next, self._answered = 0.0, True
+        self._waiting: Shown | None = None
 
     def advance(self, work: Work) -> None:
         """Count it; see `Monitor`."""
@@ -157,12 +204,23 @@ class _ToldMonitor(Monitor):
             _end(f"Blender is gone: {error!r}")
         self._next = time.monotonic() + _PAUSE
 
+    def show(self, preview: object) -> None:
+        """See `Monitor`. Until Blender has taken what came before it waits, and the latest of those that wait is sent."""
+        self._waiting = Shown(preview)
+        self._send_waiting()
+
+    def _send_waiting(self) -> None:
+        if self._waiting and not self._aside.busy:
+            self._aside.send(self._waiting)
+            self._waiting = None
+
     def _talk(self) -> None:
         for word in self._channel.take(_PAUSE):
             if isinstance(word, Cancel):
                 raise Cancelled(CANCELLED)
             self._answered = True
-        if self._answered:
+        self._send_waiting()
+        if self._answered and not self._aside.busy:
             self._channel.post(Progress(self.done))
             self._channel.flush()
             self._answered = False

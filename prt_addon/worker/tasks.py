@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -12,7 +12,9 @@ import numpy.typing as npt
 from ..core.bake import bake as core_bake
 from ..core.bake import estimate as core_estimate
 from ..core.bake.bake import BakeResult
+from ..core.bake.cache import KeptScenes
 from ..core.bake.estimate import Estimate
+from ..core.bake.previews import previews
 from ..core.bake.run import Run
 from ..core.bake.shards import Shard
 from ..core.monitor import Work
@@ -28,6 +30,14 @@ Float64 = npt.NDArray[np.float64]
 def bake(problem: BakeProblem, run: Run) -> BakeResult:
     """A whole bake: `core.bake.bake.bake`."""
     return core_bake.bake(problem, run)
+
+
+def bake_with_previews(problem: BakeProblem, run: Run) -> BakeResult:
+    """The same bits; `core.bake.previews` show what they will be about."""
+    sharing = replace(run, scenes=KeptScenes())
+    for preview in previews(problem, sharing):
+        run.workers.monitor.show(preview)
+    return core_bake.bake(problem, sharing)
 
 
 def shard(problem: BakeProblem, share: Shard, run: Run) -> None:

@@ -105,13 +105,15 @@ def bake_and_turn(display: Display) -> tuple[object, object]:
 
         search(window, "Bake PRT")
         window.hover_view()
+        window.wait(lambda now: now["previews"], "a preview")
         for share in (0.1, 0.3):
             window.wait(lambda now, share=share: (now["progress"] or 0.0) > share, "progress to move")
         window.screenshot("window_2_baking")
         assert window.state["progress"], "the bake is too quick to be stopped half way"
+        assert len(window.state["previews"]) == 2, "no preview is shown"
         window.press("Escape")
         now = window.wait(lambda now: now["progress"] is None, "Esc to stop the bake")
-        assert now["content"] == pristine, "a cancelled bake changed the file"
+        assert now["content"] == pristine and not now["previews"], "a cancelled bake changed the file"
         window.settle()
         window.screenshot("window_3_cancelled")
         step("Esc half way leaves everything as it was")
@@ -119,6 +121,7 @@ def bake_and_turn(display: Display) -> tuple[object, object]:
         window.click_text("Bake PRT")
         now = window.wait(lambda now: now["progress"] is None and now["baked"] == 2, "the bake to end")
         baked = now["content"]
+        assert not now["previews"], "a preview is left of a whole bake"
         before = picture_of_view(window, "window_4_baked")
         step("the button bakes, the progress moves")
 

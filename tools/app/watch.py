@@ -40,6 +40,7 @@ def state():
         "row": 20 * bpy.context.preferences.system.ui_scale,
         "progress": job.progress if job else None,
         "busy": session.timer is not None,
+        "previews": previews(),
         "frame": bpy.context.scene.frame_current,
         "keyframes": keyframes(),
         "baked": sum("_PRT_8" in mesh.attributes for mesh in bpy.data.meshes),
@@ -47,6 +48,12 @@ def state():
         "content": content(),
         "turn": list(mapping[0].inputs["Rotation"].default_value) if mapping else None,
     }
+
+
+def previews():
+    """How many meshes show one, and of how many rays each."""
+    records = [mesh.get("prt_bake", {}) for mesh in bpy.data.meshes]
+    return [record["samples"] for record in records if "preview_of" in record]
 
 
 def keyframes():

@@ -40,6 +40,9 @@ def whole() -> Iterator[Experiment]:
         yield f"memory {how} {mode}", lambda how=how, mode=mode: run.memory(how, mode, 1_000_000, 64)
     for mode in ("SHADOWED", "INTERREFLECTED"):
         yield f"blender {mode}", lambda mode=mode: run.blender_share(mode, 100_000, 256, 2)
+    yield "previews", lambda: run.previews("INTERREFLECTED", 100_000, 256, 3)
+    for size in (10_000, 100_000, 1_000_000):
+        yield f"first_picture {size}", lambda size=size: run.first_picture(size, 3 if size < 1_000_000 else 1)
 
 
 def quick() -> Iterator[Experiment]:
@@ -57,6 +60,8 @@ def quick() -> Iterator[Experiment]:
         yield f"memory core {mode}", lambda mode=mode: run.memory("core", mode, 100_000, 16)
     yield "memory operator SHADOWED", lambda: run.memory("operator", "SHADOWED", 100_000, 16)
     yield "blender SHADOWED", lambda: run.blender_share("SHADOWED", 20_000, 128, 2)
+    yield "previews", lambda: run.previews("INTERREFLECTED", 20_000, 256, 2)
+    yield "first_picture 20000", lambda: run.first_picture(20_000, 1)
 
 
 def main() -> None:

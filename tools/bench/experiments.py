@@ -6,6 +6,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
 from itertools import pairwise
@@ -19,10 +20,12 @@ from naive import uniform_sphere
 from rays_alone import rays_alone
 
 from prt_addon.core.bake.bake import bake, bounce
+from prt_addon.core.bake.run import DEFAULT_RUN
 from prt_addon.core.bake.trace import trace_island
 from prt_addon.core.problem import BakeProblem, BakeSettings, Island, Occluders, ReceiverGroup
 from prt_addon.core.transport.direct import Receivers, shadowed
 from prt_addon.core.transport.raycast import RayScene
+from prt_addon.worker import tasks
 from prt_addon.worker.job import bake_job, end_engine
 
 Result = dict[str, Any]
@@ -210,3 +213,56 @@ def blender_share(mode: str, receivers: int, samples: int, turns: int) -> Result
         "write": asdict(write.over(baked)),
         "ratio": asdict((read + write).over(baked)),
     }
+
+
+def previews(mode: str, receivers: int, samples: int, turns: int) -> Result:
+    """A bake with previews over one without."""
+    problem = BakeProblem.of(*scenes.bake_input(scenes.court(receivers), mended=True), BakeSettings(mode, samples))
+    tried = [
+        lambda task=task: timed(lambda: task(problem, DEFAULT_RUN)) for task in (tasks.bake_with_previews, tasks.bake)
+    ]
+    return {
+        "mode": mode,
+        "receivers": problem.receivers,
+        "samples": samples,
+        "ratio": asdict(ratio(by_turns(tried, turns), 0, 1)),
+    }
+
+
+def first_picture(receivers: int, turns: int) -> Result:
+    """Seconds from the press of the button until something is written and shaded, a preview or the end; without the redraw, which
+    is EEVEE's. Needs `headless`' extension.
+    """
+    import importlib
+
+    import blender_scene
+    import headless
+
+    def part(name: str) -> Any:
+        return importlib.import_module(f"{headless.PACKAGE}.{name}")
+
+    jobs, whole_bake = part("prt_addon.worker.job"), part("prt_addon.scene.bake.whole_bake")
+    settings, tick = part("prt_addon.core.problem").BakeSettings("INTERREFLECTED"), part("operators.job").TICK
+    is_worth, context = part("prt_addon.core.bake.previews").is_worth, headless.bpy.context
+
+    def press() -> tuple[float, float]:
+        """When the first picture is there, and when the last is."""
+        blender_scene.court(receivers)
+        jobs.end_engine()
+        begun, seen = time.perf_counter(), []
+        jobs.wake_engine()
+        whole = whole_bake.WholeBake(context, settings, None, True)
+        job = jobs.bake_job(whole.plan.problem, previews=is_worth(whole.plan.problem))
+        job.start()
+        while job.running:
+            time.sleep(tick)
+            job.step()
+            if preview := job.take_shown():
+                whole.show(context, preview)
+                seen.append(time.perf_counter() - begun)
+        whole.write(context, job.result())
+        seen.append(time.perf_counter() - begun)
+        return seen[0], seen[-1]
+
+    first, last = (float(np.median(column)) for column in zip(*(press() for _ in range(turns)), strict=True))
+    return {"receivers": receivers, "samples": settings.samples, "first": first, "last": last}

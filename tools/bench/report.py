@@ -110,6 +110,17 @@ def _blender(result: dict[str, Any]) -> Iterator[Row]:
     yield f"Blender's meshes over the bake, {result['mode'].lower()} ({parts})", share, "<= 3%"
 
 
+def _previews(result: dict[str, Any]) -> Iterator[Row]:
+    size = f"{result['mode'].lower()}, {result['receivers']:,} receivers, {result['samples']} samples"
+    yield f"With previews over without ({size})", _both(result["ratio"]), "<= 1.10"
+
+
+def _first_picture(result: dict[str, Any]) -> Iterator[Row]:
+    what = f"From the button to the first picture / the last, {result['receivers']:,} receivers, {result['samples']} samples"
+    wanted = "<= 1 s" if result["receivers"] <= 100_000 else ""
+    yield what, f"{result['first']:.1f} / {result['last']:.1f} s", wanted
+
+
 _ROWS = {
     "over_its_rays": _over_its_rays,
     "engine_start": _engine_start,
@@ -119,6 +130,8 @@ _ROWS = {
     "open_receivers": _open_receivers,
     "memory": _memory,
     "blender": _blender,
+    "previews": _previews,
+    "first_picture": _first_picture,
 }
 
 

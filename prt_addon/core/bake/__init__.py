@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One bake from arrays to arrays: traced, cached, cut into shards, bounced."""
+"""One bake from arrays to arrays: previewed, traced, cached, cut into shards, bounced."""

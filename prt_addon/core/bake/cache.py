@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Traces kept within a session, so that another colour or number of bounces needs no new rays."""
+"""What is kept: traces within a session, so that another colour or number of bounces needs no new rays; ray casters within a bake."""
 
 from __future__ import annotations
 
 from collections import OrderedDict
 from typing import TYPE_CHECKING
 
-from ..problem import TraceKey
+from ..problem import Occluders, TraceKey
+from ..transport.raycast import RayScene
 
 if TYPE_CHECKING:
+    from ..monitor import Monitor
     from .trace import Traced
 
 BUDGET = 1 << 30
@@ -21,6 +23,9 @@ class KeptTraces:
     def __init__(self, budget: int = BUDGET) -> None:
         self._budget = budget
         self._kept: OrderedDict[TraceKey, Traced] = OrderedDict()
+
+    def __len__(self) -> int:
+        return len(self._kept)
 
     def find(self, key: TraceKey) -> Traced | None:
         """The trace of that key, if it is kept; it is now the latest."""
@@ -38,3 +43,21 @@ class KeptTraces:
     def clear(self) -> None:
         """Forget everything."""
         self._kept.clear()
+
+
+class KeptScenes:
+    """Ray casters of occluders, for as long as these live: a preview and its bake share them."""
+
+    def __init__(self) -> None:
+        self._kept: dict[int, RayScene] = {}
+
+    def of(self, occluders: Occluders, monitor: Monitor) -> RayScene:
+        """That of some occluders; made if it is the first time. Errors as those of `RayScene`."""
+        if id(occluders) not in self._kept:
+            self._kept[id(occluders)] = ray_scene(occluders, monitor)
+        return self._kept[id(occluders)]
+
+
+def ray_scene(occluders: Occluders, monitor: Monitor) -> RayScene:
+    """The ray caster of occluders."""
+    return RayScene(occluders.vertices, occluders.triangles, monitor, occluders.one_sided)

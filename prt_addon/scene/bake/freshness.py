@@ -14,6 +14,7 @@ from typing import Literal
 
 import bpy
 
+from ...core.notices import Kind, Notice
 from ...core.problem import BakeSettings
 from ...session import session
 from ..blender.modes import object_mode
@@ -23,8 +24,12 @@ from ..mesh.record import FORMAT_VERSION, BakeRecord, Evidence, read_record, sam
 from ..settings import MODES, SPACES, scene_settings
 from .read import survey
 
+_PREVIEW = Kind(
+    "{name} holds a preview, {rays}: bake it, or merge its shards, before it renders.",
+    "{count} objects hold previews: bake them, or merge their shards, before they render: {names}.",
+)
 State = Literal["FRESH", "STALE", "NEVER", "UNKNOWN", "NEWER", "UNCHECKED"]
-Cause = Literal["HIDDEN", "GEOMETRY", "MOVED", "OTHERS", "COLOURS", "SETTINGS"]
+Cause = Literal["PREVIEW", "HIDDEN", "GEOMETRY", "MOVED", "OTHERS", "COLOURS", "SETTINGS"]
 
 _HEADLINES: dict[State, str] = {
     "NEVER": "never baked",
@@ -106,6 +111,12 @@ def note_baked(objects: Iterable[bpy.types.Object], as_read: bool = True) -> Non
             session.checked.pop(ob.session_uid, None)
 
 
+def previews(objects: Iterable[bpy.types.Object]) -> list[Notice]:
+    """A notice on each object that shows a preview: of a bake that runs, that was kept, or that a file was saved amid."""
+    records = [(ob.name, _record(ob)) for ob in objects]
+    return [Notice(_PREVIEW, name, {"rays": _seen(record)}) for name, record in records if record and record.preview_of]
+
+
 def glance(context: bpy.types.Context, ob: bpy.types.Object, settings: BakeSettings | None = None) -> Freshness:
     """What can be told of an object without reading its mesh: cheap enough to be drawn.
 
@@ -126,9 +137,11 @@ def glance(context: bpy.types.Context, ob: bpy.types.Object, settings: BakeSetti
         record.fingerprint.transform, transform_of(ob.matrix_world, record.settings.mode, record.space)
     ):
         causes.add("MOVED")
-    phrases = {cause: phrase for cause, phrase in _PHRASES.items() if cause in causes}
+    phrases: dict[Cause, str] = {cause: phrase for cause, phrase in _PHRASES.items() if cause in causes}
     other_settings = _other_settings(record, settings or scene_settings(context.scene), ob.prt.space)
-    if other_settings:
+    if record.preview_of:
+        phrases = {"PREVIEW": f"it is a preview, {_seen(record)}", **phrases}
+    elif other_settings:
         phrases["SETTINGS"] = f"baked with other settings ({other_settings})"
     if phrases:
         return Freshness(ob.name, "STALE", phrases)
@@ -144,6 +157,11 @@ def _record(ob: bpy.types.Object) -> BakeRecord | None:
     if record and record.version > FORMAT_VERSION:  # whose layers may be others
         return record
     return (record or BakeRecord(BakeSettings(), "SCENE")) if is_baked(mesh) else None
+
+
+def _seen(record: BakeRecord) -> str:
+    """How much of its bake a preview is, in words."""
+    return f"{record.settings.samples} of {record.preview_of} rays"
 
 
 def _checkable(ob: bpy.types.Object) -> BakeRecord | None:

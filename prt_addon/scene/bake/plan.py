@@ -24,6 +24,7 @@ class ObjectToBake:
     evidence: what its bake depends on.
     group: number of its receivers in the problem.
     elements: vertices and face corners of its own mesh.
+    positions: a digest of where its vertices lie.
     carried: what a carrier is to look like; None if the object's own mesh can hold the transport.
     """
 
@@ -34,6 +35,7 @@ class ObjectToBake:
     evidence: Evidence
     group: int
     elements: tuple[int, int]
+    positions: bytes
     carried: Geometry | None
 
 

@@ -24,7 +24,7 @@ from ..blender.rendered import as_rendered
 from ..material.albedo import AlbedoDraft, AlbedoReader
 from ..mesh.carrier import Geometry, is_shared, transport_mesh
 from ..mesh.layers import is_baked, space_of
-from ..mesh.meshes import ObjectReceivers, Surface, own_axes, read_receivers, read_surface, same_topology
+from ..mesh.meshes import ObjectReceivers, Surface, own_axes, positions, read_receivers, read_surface, same_topology
 from ..mesh.record import Evidence, Identity, IdentitySum, identity, surface_identity
 from ..mesh.strands import strands
 from . import choose
@@ -167,6 +167,7 @@ def read_bake(
                 Evidence(read.identity, baked[ob].matrix, around(everything, read) if ob in staying else IdentitySum()),
                 number,
                 (len(ob.data.vertices), len(ob.data.loops)),
+                positions(ob.data),
                 baked[ob].carried,
             )
             for (ob, read), number in zip(chosen.items(), groups, strict=True)

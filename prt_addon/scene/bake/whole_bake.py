@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One bake of a scene: everything is checked and read first, and written once the whole result is there.
+"""One bake of a scene: everything is checked and read first, and written once the whole result is there. Previews of it may be
+shown in between, and are taken back before anything else is written.
 
 Nothing of the person's is applied or refused: an object whose own mesh cannot hold its transport gets a carrier, and what
 cannot be baked at all is left out and named.
@@ -7,12 +8,10 @@ cannot be baked at all is left out and named.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from contextlib import ExitStack
-
 import bpy
 
 from ...core.bake.bake import BakeResult
+from ...core.bake.previews import Preview
 from ...core.errors import MeshError, PRTError
 from ...core.notices import Kind, Notice
 from ...core.problem import BakeSettings
@@ -21,11 +20,13 @@ from ...session import session
 from ..blender.modes import Place, found_again, object_mode
 from ..light import light
 from ..mesh import carrier, layers
+from ..mesh.meshes import positions
 from ..shading import shading
 from ..sky import sky
 from ..sky.identity import identity
 from ..sky.projection import Projection, Windowing, project
-from . import choose, freshness
+from . import choose, freshness, lent_light
+from .before import Before, take_back
 from .coarse import coarse_objects
 from .plan import ObjectToBake
 from .read import read_bake
@@ -44,7 +45,7 @@ _UNIFORM = Kind(
 
 
 class WholeBake:
-    """What is to be baked, read when this is made; `write` puts the result into the file.
+    """What is to be baked, read when this is made; `show` puts previews into the file, `write` the result.
 
     settings: of the bake.
     plan: what takes part.
@@ -78,7 +79,7 @@ class WholeBake:
         self._with_shading = with_shading
         self._place = Place.of(context)
         context.view_layer.update()  # what reading has left to evaluate is no edit
-        session.shapes_changed = False
+        session.shapes_changed, self._as_read = False, True
 
     def _project(self, context: bpy.types.Context, windowing: Windowing) -> None:
         """Project the world. What keeps it from that keeps nothing else from being baked."""
@@ -109,10 +110,64 @@ class WholeBake:
         found = [notice for number, notice in result.findings if number in wanted]
         return [*self.plan.notices, *found, *coarse_objects(self.plan), *self._about_light]
 
-    def write(self, context: bpy.types.Context, result: BakeResult) -> tuple[list[Notice], list[str]]:
+    def look(self) -> None:
+        """See that the objects are what was read, if anything has moved since the last look; not those in Edit Mode, yet.
+
+        Raises:
+            MeshError: if one is not.
+        """
+        if session.shapes_changed:
+            session.shapes_changed, self._as_read = False, False
+            for ob, one in self._objects():
+                if ob.mode != "EDIT":
+                    _check_unchanged(ob, one)
+
+    def can_show(self, context: bpy.types.Context) -> bool:
+        """Whether Blender is ready for a preview: neither rendering, nor in a mode that works on the meshes themselves."""
+        rendering = bpy.app.is_job_running("RENDER")
+        return not rendering and context.mode == "OBJECT" and all(ob.mode == "OBJECT" for ob, _ in self._objects())
+
+    def show(self, context: bpy.types.Context, preview: Preview) -> None:
+        """Write a preview until something else is written, or it is taken back (`before.take_back`).
+
+        A light is lent to a world that has none.
+
+        Raises:
+            PRTError: if the scene is no longer what was read.
+        """
+        with self._place.again(context):
+            self.look()
+            found = self._objects()
+            objects = [ob for ob, _ in found]
+            if session.before is None:
+                session.before = Before(objects)
+                session.before.hold()
+            before = session.before
+            for ob, one in found:
+                _store(ob, one, preview.result, preview.settings, preview.samples)
+            carrier.sweep(but=before.carriers)
+            before.light = before.light or self._lend(context)
+            if self._with_shading:
+                shading.add_shading(objects, anew=False)
+                before.note_shading(objects)
+            context.view_layer.update()
+            session.shapes_changed = False  # all that has changed since the look is ours
+
+    def _lend(self, context: bpy.types.Context) -> lent_light.LentLight | None:
+        world = context.scene.world
+        if self._light and not light.has_light((here := sky.read_sky(context.scene)).holder):
+            return lent_light.lend(here, self._light)
+        return lent_light.lend_white(world) if self._about_light and light.may_stand_in(world) else None
+
+    def write(
+        self, context: bpy.types.Context, result: BakeResult, preview: Preview | None = None
+    ) -> tuple[list[Notice], list[str]]:
         """Write the transport of all objects of the plan, and light and shading if asked for.
 
         Into the scene that was read, whichever the window shows by now.
+
+        Args:
+            preview: what the result is of, if it is to stay.
 
         Returns:
             Notices about materials, and sentences about the light.
@@ -121,27 +176,42 @@ class WholeBake:
             PRTError: before anything is written, if the scene is no longer what was read.
         """
         with self._place.again(context):
-            return self._write(context, result)
+            self._as_read &= not session.shapes_changed
+            if lost := take_back():
+                raise MeshError(
+                    f"Mesh '{lost[0]}' was edited during the bake: its earlier transport is gone. Bake again."
+                )
+            return self._write(context, result, preview)
 
-    def _write(self, context: bpy.types.Context, result: BakeResult) -> tuple[list[Notice], list[str]]:
-        objects = [found_again(bpy.data.objects, "Object", one.name) for one in self.plan.objects]
-        as_read = not session.shapes_changed
+    def _write(
+        self, context: bpy.types.Context, result: BakeResult, preview: Preview | None
+    ) -> tuple[list[Notice], list[str]]:
+        found = self._objects()
+        objects = [ob for ob, _ in found]
         here = sky.read_sky(context.scene) if self._light else None  # refuses before writing, as all that follows
         if here and self._light:
             light.check_world(here.holder)
             if identity(here) != self._light.identity:  # the world was edited, or is another, since the bake began
                 self._light = project(here, self._light.windowing)
         with object_mode(context):
-            for ob, one in zip(objects, self.plan.objects, strict=True):
+            for ob, one in found:
                 _check_unchanged(ob, one)
-            with ExitStack() as undo:  # whatever happens, all of it is there or none
-                for ob, one in zip(objects, self.plan.objects, strict=True):
-                    undo.callback(_undo_of(ob))
-                    _store(ob, one, result.transport[one.group], result.direct[one.group], self.settings)
-                undo.pop_all()
+            before = Before(objects)
+            try:
+                for ob, one in found:
+                    _store(
+                        ob,
+                        one,
+                        result,
+                        preview.settings if preview else self.settings,
+                        preview.samples if preview else 0,
+                    )
+            except BaseException:  # whatever happens, all of it is there or none
+                before.put_back()
+                raise
             carrier.sweep()
             context.view_layer.update()
-        freshness.note_baked(objects, as_read)
+        freshness.note_baked(objects, self._as_read)
         notes = list(self._notes)
         if here and self._light:
             light.write_light(here, self._light)
@@ -150,36 +220,34 @@ class WholeBake:
             light.write_stand_in(context.scene.world)
         return shading.add_shading(objects) if self._with_shading else [], notes
 
+    def _objects(self) -> list[tuple[bpy.types.Object, ObjectToBake]]:
+        """Those of the plan, each with what it is to get.
+
+        Raises:
+            MeshError: if one is no more.
+        """
+        return [(found_again(bpy.data.objects, "Object", one.name), one) for one in self.plan.objects]
+
 
 def _check_unchanged(ob: bpy.types.Object, one: ObjectToBake) -> None:
     """Raises MeshError if an object was edited since it was read."""
-    if (len(ob.data.vertices), len(ob.data.loops)) != one.elements:
+    mesh = ob.data
+    if (len(mesh.vertices), len(mesh.loops)) != one.elements or positions(mesh) != one.positions:
         raise MeshError(f"Mesh of '{ob.name}' was edited during the bake; nothing was changed: bake again.")
-
-
-def _undo_of(ob: bpy.types.Object) -> Callable[[], None]:
-    """What takes an object's transport back to what it is now."""
-    mesh, before, former = ob.data, layers.Snapshot.of(ob.data), carrier.carrier_of(ob)
-    domain = layers.domain_of(former.data) if former and layers.is_baked(former.data) else "POINT"
-
-    def undo() -> None:
-        carrier.put_back(ob, former, domain)
-        if before:
-            before.restore(mesh)
-        else:
-            layers.remove(mesh)
-
-    return undo
 
 
 def _store(
     ob: bpy.types.Object,
     one: ObjectToBake,
-    transport: layers.Transport,
-    direct: layers.Transport,
+    result: BakeResult,
     settings: BakeSettings,
+    preview_of: int = 0,
 ) -> None:
-    """Put transport where an object shows it: on its own mesh, or on a carrier."""
+    """Put the transport of an object where it shows it: on its own mesh, or on a carrier.
+
+    Args:
+        preview_of: rays of the bake that the result is a preview of; 0 if it is none.
+    """
     if one.carried:
         mesh = carrier.hang(ob, one.carried, one.receivers.domain)
         if ob.data.users == 1:
@@ -190,11 +258,12 @@ def _store(
     layers.write(
         mesh,
         one.receivers.domain,
-        transport,
-        direct,
+        result.transport[one.group],
+        result.direct[one.group],
         one.receivers.element_receiver,
         settings,
         one.space,
         one.evidence,
         one.elements,
+        preview_of,
     )

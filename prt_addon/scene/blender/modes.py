@@ -55,6 +55,11 @@ class Place:
             yield
 
 
+def by_uid(collection: Any, uid: int) -> Any:
+    """A data-block of this session, whatever it is called by now; None if it is no more. Undo keeps it."""
+    return next((block for block in collection if block.session_uid == uid), None)
+
+
 def found_again(collection: Any, kind: str, name: str) -> Any:
     """A data-block that was there when a job began.
 

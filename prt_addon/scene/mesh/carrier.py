@@ -10,6 +10,7 @@ the same without the extension.
 
 from __future__ import annotations
 
+from collections.abc import Container
 from dataclasses import dataclass
 
 import bpy
@@ -17,11 +18,14 @@ import numpy as np
 import numpy.typing as npt
 
 from ..blender.libraries import is_own
+from ..blender.modes import by_uid
 from .carrier_group import CARRIER_ENTRY, carrier_group, is_carrier_group
 from .meshes import Domain, corner_vertices, face_starts, layer_array
 
 MODIFIER = "PRT"
 _MARK = "prt_carrier"
+_SET = ("show_viewport", "show_render", "show_in_editmode", "show_expanded")
+"""Of the modifier: what is put back with it."""
 
 
 @dataclass(frozen=True)
@@ -94,14 +98,49 @@ def hang(ob: bpy.types.Object, geometry: Geometry, domain: Domain) -> bpy.types.
     return carrier.data
 
 
-def put_back(ob: bpy.types.Object, carrier: bpy.types.Object | None, domain: Domain) -> None:
-    """Show a former carrier again, or none, in place of a new one. Before `sweep`, nothing is gone."""
-    modifier = _modifier(ob)
-    if carrier is None:
-        take_off(ob)
-    elif modifier:
-        modifier.node_group = carrier_group(domain)
-        _set_entry(modifier, carrier)
+@dataclass(frozen=True)
+class Snapshot:
+    """How an object shows its carrier, to have it do so again; until `sweep`, nothing is gone.
+
+    modifier: the name of the modifier that shows it; None if there is none.
+    place: of the modifier in the stack.
+    settings: what is set of it.
+    group, carrier: by their identifiers in this session; 0 for none.
+    """
+
+    modifier: str | None = None
+    place: int = 0
+    settings: tuple[tuple[str, bool], ...] = ()
+    group: int = 0
+    carrier: int = 0
+
+    @classmethod
+    def of(cls, ob: bpy.types.Object) -> Snapshot:
+        """That of an object as it is."""
+        modifier = _modifier(ob)
+        if modifier is None:
+            return cls()
+        entry = _entry(modifier)
+        return cls(
+            modifier.name,
+            ob.modifiers.find(modifier.name),
+            tuple((name, getattr(modifier, name)) for name in _SET),
+            modifier.node_group.session_uid,
+            entry.session_uid if entry else 0,
+        )
+
+    def restore(self, ob: bpy.types.Object) -> None:
+        """Show that carrier again, or none."""
+        if self.modifier is None:
+            take_off(ob)
+            return
+        modifier = _modifier(ob) or ob.modifiers.new(self.modifier, "NODES")
+        modifier.node_group = by_uid(bpy.data.node_groups, self.group)
+        for name, value in self.settings:
+            setattr(modifier, name, value)
+        if modifier.node_group:
+            _set_entry(modifier, by_uid(bpy.data.objects, self.carrier))
+        ob.modifiers.move(ob.modifiers.find(modifier.name), self.place)
 
 
 def take_off(ob: bpy.types.Object) -> bool:
@@ -112,17 +151,29 @@ def take_off(ob: bpy.types.Object) -> bool:
     return modifier is not None
 
 
-def sweep() -> None:
-    """Remove carriers that no object shows any more, and node groups that no modifier uses; name the rest after their objects."""
+def ours() -> set[int]:
+    """Identifiers in this session of all carriers and their node groups."""
+    blocks = [*filter(is_carrier, bpy.data.objects), *filter(is_carrier_group, bpy.data.node_groups)]
+    return {block.session_uid for block in blocks}
+
+
+def sweep(but: Container[int] = ()) -> None:
+    """Remove carriers that no object shows any more, and node groups that no modifier uses; name the rest after their objects.
+
+    Args:
+        but: those of `ours` that are left as they are.
+    """
     shown = {carrier: ob for ob in bpy.data.objects if (carrier := carrier_of(ob))}
-    gone = [ob for ob in bpy.data.objects if is_carrier(ob) and is_own(ob) and ob not in shown]
+    gone = [
+        ob for ob in bpy.data.objects if is_carrier(ob) and is_own(ob) and ob not in shown and ob.session_uid not in but
+    ]
     meshes = [ob.data for ob in gone]
     bpy.data.batch_remove(gone)
     bpy.data.batch_remove([mesh for mesh in meshes if not mesh.users])
     groups = [tree for tree in bpy.data.node_groups if is_carrier_group(tree) and is_own(tree)]
-    bpy.data.batch_remove([tree for tree in groups if not tree.users])
+    bpy.data.batch_remove([tree for tree in groups if not tree.users and tree.session_uid not in but])
     for carrier, ob in shown.items():
-        if is_own(carrier):
+        if is_own(carrier) and carrier.session_uid not in but:
             _name(carrier, ob)
 
 

@@ -35,6 +35,7 @@ def write(
     space: Space = "SCENE",
     evidence: Evidence | None = None,
     elements: tuple[int, int] | None = None,
+    preview_of: int = 0,
 ) -> None:
     """Store transport as the mesh's nine layers, replacing earlier ones and leaving all other layers alone.
 
@@ -47,6 +48,7 @@ def write(
         space: whose axes the transport is in.
         evidence: what the bake depended on; without it nobody can tell later whether it still holds.
         elements: vertices and face corners of the mesh that people edit, if that is another one.
+        preview_of: rays per receiver of the bake that this is a preview of; 0 if it is none.
     """
     temporary_layer.take_back(mesh, (temporary_layer.TRANSPORT,))  # it would show transport that is no longer there
     colours = mesh.color_attributes
@@ -58,37 +60,53 @@ def write(
         rgba = packed(i, transport[:, i], direct[:, i], space)[element_receiver]
         mesh.attributes[name].data.foreach_set("color", rgba.reshape(-1))
     colours.active_color_name, colours.default_color_name = active, rendered
-    write_record(mesh, domain, settings, space, evidence, elements or (len(mesh.vertices), len(mesh.loops)))
+    elements = elements or (len(mesh.vertices), len(mesh.loops))
+    write_record(mesh, domain, settings, space, evidence, elements, preview_of)
     mesh.update()
 
 
 @dataclass(frozen=True)
 class Snapshot:
-    """The layers and the record of a mesh as they are, to put them back."""
+    """The layers and the record of a mesh as they are, to put them back; no values if there are none.
+
+    colours: names of the active colour layer and of the one that renders.
+    """
 
     domain: Domain
     values: dict[str, npt.NDArray[np.float32]]
     record: Any
+    colours: tuple[str, str]
 
     @classmethod
-    def of(cls, mesh: bpy.types.Mesh) -> Snapshot | None:
-        """None of a mesh that is not baked."""
-        if not is_baked(mesh):
-            return None
-        record = mesh.get(RECORD)
-        values = {name: layer_array(mesh, name, "color", 4) for name in LAYERS}
-        return cls(domain_of(mesh), values, record.to_dict() if hasattr(record, "to_dict") else record)
+    def of(cls, mesh: bpy.types.Mesh) -> Snapshot:
+        """Those of a mesh."""
+        record, colours = mesh.get(RECORD), mesh.color_attributes
+        values = {name: layer_array(mesh, name, "color", 4) for name in LAYERS} if is_baked(mesh) else {}
+        return cls(
+            domain_of(mesh) if values else "POINT",
+            values,
+            record.to_dict() if hasattr(record, "to_dict") else record,
+            (colours.active_color_name, colours.default_color_name),
+        )
 
-    def restore(self, mesh: bpy.types.Mesh) -> None:
-        """Put them back, in place of what is there."""
+    def restore(self, mesh: bpy.types.Mesh) -> bool:
+        """Put them back, in place of what is there; False if the mesh has other elements by now, and they are gone."""
         remove(mesh)
-        for name in LAYERS:
+        fits = all(len(values) == _size(mesh, self.domain) for values in self.values.values())
+        for name in self.values if fits else ():
             mesh.attributes.new(name, "FLOAT_COLOR", self.domain)
-        for name, values in self.values.items():
+        for name, values in self.values.items() if fits else ():
             mesh.attributes[name].data.foreach_set("color", values.reshape(-1))
-        if self.record is not None:
+        if fits and self.record is not None:
             mesh[RECORD] = self.record
+        mesh.color_attributes.active_color_name, mesh.color_attributes.default_color_name = self.colours
         mesh.update()
+        return fits
+
+
+def _size(mesh: bpy.types.Mesh, domain: Domain) -> int:
+    """How many elements of a domain a mesh has."""
+    return len(mesh.vertices if domain == "POINT" else mesh.loops)
 
 
 def read(mesh: bpy.types.Mesh) -> npt.NDArray[np.float32]:

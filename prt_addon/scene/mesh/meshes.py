@@ -11,6 +11,7 @@ import bpy
 import numpy as np
 import numpy.typing as npt
 
+from ...core.files import digest
 from ...core.problem import ReceiverGroup
 from ...core.transport.raycast import SKIP
 
@@ -117,6 +118,11 @@ def layer_array(mesh: bpy.types.Mesh, layer: str, key: str, width: int) -> npt.N
     flat = np.empty(len(data) * width, dtype=np.float32)
     data.foreach_get(key, flat)
     return flat.reshape(-1, width)
+
+
+def positions(mesh: bpy.types.Mesh) -> bytes:
+    """A digest of where the vertices lie."""
+    return digest(layer_array(mesh, "position", "vector", 3))
 
 
 def same_topology(one: bpy.types.Mesh, other: bpy.types.Mesh) -> bool:

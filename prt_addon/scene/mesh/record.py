@@ -27,7 +27,7 @@ from .meshes import face_starts
 RECORD = "prt_bake"
 FORMAT_VERSION = 2
 """Of the record, and of the layers beside it: see `core.layout`."""
-_FINGERPRINT = "fingerprint"
+_FINGERPRINT, _PREVIEW_OF = "fingerprint", "preview_of"
 _ROUNDING = 2e-6  # of matrices, relative
 _LAYER_TYPES = {
     "FLOAT_VECTOR": ("vector", np.float32, 3),
@@ -137,6 +137,7 @@ class BakeRecord:
     version: of its format; 0 if it is of unknown origin.
     elements: vertices and face corners of the object's own mesh then.
     fingerprint: None if another version baked it, or another program.
+    preview_of: rays per receiver of the bake that this is a preview of; 0 if it is none.
     """
 
     settings: BakeSettings
@@ -144,6 +145,7 @@ class BakeRecord:
     version: int = 0
     elements: tuple[int, ...] = ()
     fingerprint: Fingerprint | None = None
+    preview_of: int = 0
 
 
 def transform_of(matrix: npt.ArrayLike, mode: str, space: str) -> tuple[float, ...]:
@@ -204,16 +206,20 @@ def write_record(
     space: str,
     evidence: Evidence | None,
     elements: tuple[int, int],
+    preview_of: int = 0,
 ) -> None:
     """Note on a mesh how it was baked and, with evidence, what that depended on.
 
     Args:
         elements: vertices and face corners of the mesh that people edit.
+        preview_of: rays per receiver of the bake that this is a preview of; 0 if it is none.
     """
     record = {"version": FORMAT_VERSION, "order": sh.ORDER, "domain": domain, "space": space, **asdict(settings)}
     if evidence:
         record["elements"] = list(elements)
         record[_FINGERPRINT] = asdict(evidence.fingerprint(settings.mode, space))
+    if preview_of:
+        record[_PREVIEW_OF] = preview_of
     mesh[RECORD] = record
 
 
@@ -254,13 +260,14 @@ def _record(stored: Any) -> BakeRecord:
         raise ValueError("an unknown mode or space")
     if not (0 <= settings.samples <= MOST_SAMPLES and 0 <= settings.bounces <= MOST_BOUNCES and settings.seed >= 0):
         raise ValueError("settings that no bake has")
+    preview_of = _like(0, stored.get(_PREVIEW_OF, 0))
     found = stored.get(_FINGERPRINT)
     if version != FORMAT_VERSION or found is None:
-        return BakeRecord(settings, space, version)
+        return BakeRecord(settings, space, version, preview_of=preview_of)
     fingerprint = Fingerprint(
         str(found["geometry"]), tuple(map(float, found["transform"])), str(found["others"]), str(found["colours"])
     )
-    return BakeRecord(settings, space, version, tuple(map(int, stored["elements"])), fingerprint)
+    return BakeRecord(settings, space, version, tuple(map(int, stored["elements"])), fingerprint, preview_of)
 
 
 def _like(example: Any, value: Any) -> Any:

@@ -105,8 +105,11 @@ def _set_by_nodes(ob: bpy.types.Object) -> list[bpy.types.Material]:
     return [material.original for material in getattr(evaluated.data, "materials", ()) if material]
 
 
-def add_shading(objects: Iterable[bpy.types.Object]) -> list[Notice]:
+def add_shading(objects: Iterable[bpy.types.Object], anew: bool = True) -> list[Notice]:
     """Relight every material of the objects in EEVEE; objects or slots without a material get one.
+
+    Args:
+        anew: also those that are relit.
 
     Returns:
         A notice on each material that is not relit, or not as it looks.
@@ -116,7 +119,10 @@ def add_shading(objects: Iterable[bpy.types.Object]) -> list[Notice]:
         if is_own(ob.data) and is_own(ob):
             _fill_empty_slots(ob)
     notices = []
+    left = [] if anew else relit_materials(objects)
     for material in materials_of(objects):
+        if material in left:
+            continue
         if not is_own(material):
             notices.append(Notice(_FOREIGN, material.name))
         elif is_relit_by_newer(material):
@@ -132,7 +138,12 @@ def remove_shading(objects: Iterable[bpy.types.Object]) -> int:
     objects = list(objects)
     rest = [ob for ob in bpy.data.objects if ob.type == "MESH" and ob not in objects and is_baked(transport_mesh(ob))]
     still_used = set(materials_of(rest))
-    removed = sum(remove_from_material(material) for material in materials_of(objects) if material not in still_used)
+    return restore([material for material in materials_of(objects) if material not in still_used], objects)
+
+
+def restore(materials: Iterable[bpy.types.Material], objects: Iterable[bpy.types.Object]) -> int:
+    """Take our nodes out of materials, and from objects the materials that we made; how many of the former were ours."""
+    removed = sum(map(remove_from_material, materials))
     for ob in objects:
         _empty_made_slots(ob)
     if removed:
