@@ -40,7 +40,6 @@ CLASSES = (
     *freeze.CLASSES,
     *interchange.CLASSES,
 )
-"""In the order of the menu."""
 register, _unregister = bpy.utils.register_classes_factory(CLASSES)
 
 

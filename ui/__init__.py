@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is seen: the PRT tab of the 3D View's sidebar, and a menu. Reads properties and calls operators, nothing else."""
+"""What is seen: the PRT tab of the 3D View's sidebar, and menus. Reads properties and calls operators, nothing else."""
 
 from __future__ import annotations
 
 import bpy
 
 from ..prt_addon.scene.light import picture as light_picture
-from . import bake, files, gltf, light, menu, notices, presets, preview, report, shading
+from . import bake, file_menus, files, gltf, light, menu, notices, presets, preview, report, shading
 
 CLASSES = (
     *bake.CLASSES,
@@ -21,7 +21,7 @@ CLASSES = (
     *menu.CLASSES,
 )
 _register_classes, _unregister_classes = bpy.utils.register_classes_factory(CLASSES)
-_ENTRIES = (presets, menu)
+_ENTRIES = (presets, menu, file_menus)
 """Modules that put something into Blender's own interface."""
 
 

@@ -5,8 +5,40 @@ from __future__ import annotations
 
 import bpy
 
-from .. import operators
 from ..prt_addon.scene.sky.studio import free_icons, icon_of, load_icons, studio_skies
+
+GROUPS = (
+    (
+        ("prt.bake", "RENDER_STILL"),
+        ("prt.check", "CHECKMARK"),
+        ("prt.refine", "MOD_SUBSURF"),
+        ("prt.report", "VIEWZOOM"),
+    ),
+    (
+        ("prt.project_light", "WORLD"),
+        ("PRT_MT_skies", "LIGHT_SUN"),
+        ("prt.keyframe_light", "KEYTYPE_KEYFRAME_VEC"),
+        ("prt.show_light", "SHADING_RENDERED"),
+    ),
+    (
+        ("prt.add_shading", "ADD"),
+        ("prt.remove_shading", "REMOVE"),
+        ("prt.freeze", "FREEZE"),
+    ),
+    (
+        ("prt.bake_shard", "NETWORK_DRIVE"),
+        ("prt.merge_shards", "FILE_TICK"),
+    ),
+    (
+        ("prt.import_cubemap", "IMPORT"),
+        ("prt.import_games202", "IMPORT"),
+        ("prt.export_games202", "EXPORT"),
+    ),
+    (("prt.remove", "TRASH"),),
+)
+"""Operators, and a menu, with their icons: bake, light, surfaces, farms, files, the way back."""
+_CHOICES = {"prt.show_light": "kind"}
+"""Operators that open a submenu of one of their properties."""
 
 
 class PRT_MT_skies(bpy.types.Menu):
@@ -27,13 +59,16 @@ class PRT_MT_object(bpy.types.Menu):
     bl_label = "PRT"
 
     def draw(self, _context: bpy.types.Context) -> None:
-        for operator in operators.CLASSES:
-            if operator.bl_idname == "prt.show_light":
-                self.layout.operator_menu_enum(operator.bl_idname, "kind")
-            elif operator.bl_idname == "prt.use_sky":
-                self.layout.menu(PRT_MT_skies.bl_idname)
-            elif "INTERNAL" not in getattr(operator, "bl_options", ()):
-                self.layout.operator(operator.bl_idname)
+        for number, group in enumerate(GROUPS):
+            if number:
+                self.layout.separator()
+            for name, icon in group:
+                if name in _CHOICES:
+                    self.layout.operator_menu_enum(name, _CHOICES[name], icon=icon)
+                elif name == PRT_MT_skies.bl_idname:
+                    self.layout.menu(name, icon=icon)
+                else:
+                    self.layout.operator(name, icon=icon)
 
 
 def _draw_entry(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
