@@ -8,7 +8,8 @@ import bpy
 from bpy.props import BoolProperty
 
 from ..prt_addon.core.bake.shards import PieceFolder
-from ..prt_addon.core.problem import TraceKey
+from ..prt_addon.core.problem import BakeSettings, TraceKey
+from ..prt_addon.scene.bake import choose, freshness
 from ..prt_addon.scene.bake.whole_bake import WholeBake
 from ..prt_addon.scene.preferences import engine_patience
 from ..prt_addon.scene.settings import (
@@ -34,18 +35,27 @@ class WholeBakeOperator(JobOperator, BakeProperties, LightProperties):
         name="Add Shading", description="Also relight the materials in EEVEE", default=True
     )
 
+    def _objects(self, context: bpy.types.Context, _settings: BakeSettings) -> list[bpy.types.Object]:
+        """What is to be baked; empty if there is nothing to do, which is said then."""
+        return choose.objects_to_bake(context)
+
     def _pieces(self, context: bpy.types.Context, key: TraceKey) -> PieceFolder | None:
         """Where what the rays find is kept."""
-        raise NotImplementedError
+        folder = checkpoints(context.scene, self)
+        return PieceFolder(folder, key) if folder else None
 
-    def _begin(self, context: bpy.types.Context) -> Job[Any]:
+    def _begin(self, context: bpy.types.Context) -> Job[Any] | None:
         scene = context.scene
         settings = bake_settings(scene, self)
+        objects = self._objects(context, settings)
+        if not objects:
+            return None
         self._bake = whole = WholeBake(
             context,
             settings,
             windowing(scene, self) if self.update_light else None,
             self.update_shading,
+            objects,
         )
         problem = whole.plan.problem
         run = replace(run_settings(scene, self), pieces=self._pieces(context, problem.trace_key))
@@ -67,9 +77,23 @@ class PRT_OT_bake(WholeBakeOperator, RunProperties, bpy.types.Operator):
     bl_label = "Bake PRT"
     bl_options = {"UNDO"}
 
-    def _pieces(self, context: bpy.types.Context, key: TraceKey) -> PieceFolder | None:
-        folder = checkpoints(context.scene, self)
-        return PieceFolder(folder, key) if folder else None
+
+class PRT_OT_bake_stale(WholeBakeOperator, RunProperties, bpy.types.Operator):
+    """Check all bakes of the scene, selected or not, and bake those again that are stale"""
+
+    bl_idname = "prt.bake_stale"
+    bl_label = "Bake Stale"
+    bl_options = {"UNDO"}
+
+    def _objects(self, context: bpy.types.Context, settings: BakeSettings) -> list[bpy.types.Object]:
+        stale = freshness.stale_objects(context, settings)
+        hidden = [f"'{one.name}'" for one in stale.values() if "HIDDEN" in one.causes]
+        if hidden:
+            self.report({"INFO"}, f"Left as it is, because it does not render any more: {', '.join(hidden)}.")
+        objects = [ob for ob, one in stale.items() if "HIDDEN" not in one.causes]
+        if not objects:
+            self.report({"INFO"}, "No bake that renders is stale: there is nothing to do.")
+        return objects
 
 
-CLASSES = (PRT_OT_bake,)
+CLASSES = (PRT_OT_bake, PRT_OT_bake_stale)

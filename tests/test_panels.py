@@ -76,7 +76,9 @@ def test_in_every_state(blender, part, scene, stage, drawn):
     assert any("Light is fresh" in word for word in drawn())
     ob.location.x = 1.0
     blender.context.view_layer.update()
-    assert "it was moved" in " ".join(drawn())
+    assert "it was moved" in " ".join(drawn()) and "prt.bake_stale" not in drawn()
+    blender.ops.prt.check()
+    assert "Ball: it was moved" in " ".join(drawn()) and "prt.bake_stale" in drawn()
     settings = part("problem").BakeSettings(samples=1 << 14)
     job = part("job").bake_job(part("read").read_bake(blender.context, [ob], settings).problem)
     job.start()

@@ -6,11 +6,12 @@ from __future__ import annotations
 import bpy
 
 from ..prt_addon.scene.light import picture as light_picture
-from . import bake, file_menus, files, gltf, light, menu, notices, presets, preview, report, shading
+from . import bake, file_menus, files, gltf, light, menu, notices, presets, preview, report, shading, stale
 
 CLASSES = (
     *bake.CLASSES,
     *notices.CLASSES,
+    *stale.CLASSES,
     *presets.CLASSES,
     *light.CLASSES,
     *preview.CLASSES,

@@ -11,6 +11,7 @@ GROUPS = (
     (
         ("prt.bake", "RENDER_STILL"),
         ("prt.check", "CHECKMARK"),
+        ("prt.bake_stale", "FILE_REFRESH"),
         ("prt.refine", "MOD_SUBSURF"),
         ("prt.report", "VIEWZOOM"),
     ),
