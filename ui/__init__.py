@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is seen: the PRT tab of the 3D View's sidebar, and menus. Reads properties and calls operators, nothing else."""
+"""What is seen: the 3D View's PRT tab, panels in Properties, menus. Reads properties and calls operators, nothing else."""
 
 from __future__ import annotations
 
 import bpy
 
 from ..prt_addon.scene.light import picture as light_picture
-from . import bake, file_menus, files, gltf, light, menu, notices, presets, preview, report, shading, stale
+from . import bake, file_menus, files, gltf, light, menu, notices, presets, preview, properties, report, shading, stale
 
 CLASSES = (
     *bake.CLASSES,
@@ -19,6 +19,7 @@ CLASSES = (
     *report.CLASSES,
     *files.CLASSES,
     *gltf.CLASSES,
+    *properties.CLASSES,
     *menu.CLASSES,
 )
 _register_classes, _unregister_classes = bpy.utils.register_classes_factory(CLASSES)
