@@ -44,7 +44,6 @@ CLASSES = (
     *interchange.CLASSES,
     *web_page.CLASSES,
 )
-"""In the order of the menu."""
 register, _unregister = bpy.utils.register_classes_factory(CLASSES)
 
 

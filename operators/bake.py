@@ -10,7 +10,8 @@ from bpy.props import BoolProperty
 from ..prt_addon.core.bake.bake import BakeResult
 from ..prt_addon.core.bake.previews import Preview, is_worth
 from ..prt_addon.core.bake.shards import PieceFolder
-from ..prt_addon.core.problem import BakeProblem, TraceKey
+from ..prt_addon.core.problem import BakeProblem, BakeSettings, TraceKey
+from ..prt_addon.scene.bake import choose, freshness
 from ..prt_addon.scene.bake.before import take_back
 from ..prt_addon.scene.bake.whole_bake import WholeBake
 from ..prt_addon.scene.preferences import engine_patience
@@ -43,22 +44,31 @@ class WholeBakeOperator(JobOperator, BakeProperties, LightProperties):
     _is_shown = False
     """whether it was written."""
 
+    def _objects(self, context: bpy.types.Context, _settings: BakeSettings) -> list[bpy.types.Object]:
+        """What is to be baked; empty if there is nothing to do, which is said then."""
+        return choose.objects_to_bake(context)
+
     def _pieces(self, context: bpy.types.Context, key: TraceKey) -> PieceFolder | None:
         """Where what the rays find is kept."""
-        raise NotImplementedError
+        folder = checkpoints(context.scene, self)
+        return PieceFolder(folder, key) if folder else None
 
     def _wants_previews(self, _problem: BakeProblem) -> bool:
         """Whether previews are shown before the end."""
         return False
 
-    def _begin(self, context: bpy.types.Context) -> Job[Any]:
+    def _begin(self, context: bpy.types.Context) -> Job[Any] | None:
         scene = context.scene
         settings = bake_settings(scene, self)
+        objects = self._objects(context, settings)
+        if not objects:
+            return None
         self._bake = whole = WholeBake(
             context,
             settings,
             windowing(scene, self) if self.update_light else None,
             self.update_shading,
+            objects,
         )
         problem = whole.plan.problem
         run = replace(run_settings(scene, self), pieces=self._pieces(context, problem.trace_key))
@@ -95,12 +105,8 @@ class WholeBakeOperator(JobOperator, BakeProperties, LightProperties):
             self.report({"INFO"}, note)
 
 
-class PRT_OT_bake(WholeBakeOperator, RunProperties, bpy.types.Operator):
-    """Bake how light travels over the selected meshes (all render-visible ones if none is selected), so that any sky can relight them"""
-
-    bl_idname = "prt.bake"
-    bl_label = "Bake PRT"
-    bl_options = {"UNDO"}
+class _PreviewedBake(WholeBakeOperator, RunProperties):
+    """Mixin of bakes that show something before their end, if they are watched."""
 
     previews: BoolProperty(  # type: ignore[valid-type]
         name="Previews",
@@ -116,9 +122,31 @@ class PRT_OT_bake(WholeBakeOperator, RunProperties, bpy.types.Operator):
             return bool(self.previews)
         return self._is_watched and is_worth(problem)
 
-    def _pieces(self, context: bpy.types.Context, key: TraceKey) -> PieceFolder | None:
-        folder = checkpoints(context.scene, self)
-        return PieceFolder(folder, key) if folder else None
+
+class PRT_OT_bake(_PreviewedBake, bpy.types.Operator):
+    """Bake how light travels over the selected meshes (all render-visible ones if none is selected), so that any sky can relight them"""
+
+    bl_idname = "prt.bake"
+    bl_label = "Bake PRT"
+    bl_options = {"UNDO"}
+
+
+class PRT_OT_bake_stale(_PreviewedBake, bpy.types.Operator):
+    """Check all bakes of the scene, selected or not, and bake those again that are stale"""
+
+    bl_idname = "prt.bake_stale"
+    bl_label = "Bake Stale"
+    bl_options = {"UNDO"}
+
+    def _objects(self, context: bpy.types.Context, settings: BakeSettings) -> list[bpy.types.Object]:
+        stale = freshness.stale_objects(context, settings)
+        hidden = [f"'{one.name}'" for one in stale.values() if "HIDDEN" in one.causes]
+        if hidden:
+            self.report({"INFO"}, f"Left as it is, because it does not render any more: {', '.join(hidden)}.")
+        objects = [ob for ob, one in stale.items() if "HIDDEN" not in one.causes]
+        if not objects:
+            self.report({"INFO"}, "No bake that renders is stale: there is nothing to do.")
+        return objects
 
 
 class PRT_OT_keep_preview(bpy.types.Operator):
@@ -147,4 +175,4 @@ def _rays(preview: Preview) -> str:
     return f"{preview.settings.samples} of {preview.samples} rays"
 
 
-CLASSES = (PRT_OT_bake, PRT_OT_keep_preview)
+CLASSES = (PRT_OT_bake, PRT_OT_bake_stale, PRT_OT_keep_preview)

@@ -52,8 +52,8 @@ class JobOperator(WhenIdle):
     if TYPE_CHECKING:  # what every operator has
         report: Any
 
-    def _begin(self, context: bpy.types.Context) -> Job[Any]:
-        """Read all that the job needs; whatever is wrong is said before any work."""
+    def _begin(self, context: bpy.types.Context) -> Job[Any] | None:
+        """Read all that the job needs; whatever is wrong is said before any work. None if there is nothing to do."""
         raise NotImplementedError
 
     def _end(self, context: bpy.types.Context, result: Any) -> None:
@@ -148,6 +148,8 @@ class JobOperator(WhenIdle):
     def _start(self, context: bpy.types.Context) -> set[str]:
         wake_engine()  # meanwhile the scene is read
         job = self._begin(context)
+        if job is None:
+            return {"CANCELLED"}
         job.start()
         self._job = job
         return {"RUNNING_MODAL"}

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from .core.notices import Counted
     from .glances import LightGlance
     from .scene.bake.before import Before
+    from .scene.bake.freshness import Freshness
     from .scene.mesh.record import BakeRecord
     from .worker.engine import Engine
     from .worker.job import Job
@@ -26,6 +27,7 @@ class Session:
     before: what a preview of that job has replaced in the file; None while none is shown.
     notices: what the last bake of each scene had to say.
     checked: by object, its record when it was last checked, and the causes for which it was stale then.
+    stale: by scene and object, the bakes that the last check found stale.
     glances: what panels show of the light of each world.
     outdated: worlds that have changed since.
     sky_energies: of the skies that were looked at, by the digest of the light made from them.
@@ -41,6 +43,7 @@ class Session:
     before: Before | None = None
     notices: dict[int, list[Counted]] = field(default_factory=dict)
     checked: dict[int, tuple[BakeRecord, frozenset[Any]]] = field(default_factory=dict)
+    stale: dict[int, dict[int, Freshness]] = field(default_factory=dict)
     glances: dict[int, LightGlance] = field(default_factory=dict)
     outdated: set[int] = field(default_factory=set)
     sky_energies: dict[bytes, float] = field(default_factory=dict)
@@ -53,7 +56,7 @@ class Session:
     def forget_file(self) -> None:
         """Another file is open: nothing that was looked up holds any more, nor can anything be brought back."""
         self.before = None
-        for known in (self.notices, self.checked, self.glances, self.outdated, self.sky_energies):
+        for known in (self.notices, self.checked, self.stale, self.glances, self.outdated, self.sky_energies):
             known.clear()
 
 

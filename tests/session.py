@@ -20,7 +20,8 @@ def inventory():
     found["operators"] = len(dir(bpy.ops.prt))
     found["properties"] = sum(hasattr(owner, "prt") for owner in (bpy.types.Scene, bpy.types.Object))
     found["presets"] = len(bpy.utils.preset_paths("prt/bake"))
-    found["menu entries"] = len(getattr(bpy.types.VIEW3D_MT_object.draw, "_draw_funcs", [None]))
+    menus = (bpy.types.VIEW3D_MT_object, bpy.types.TOPBAR_MT_file_import, bpy.types.TOPBAR_MT_file_export)
+    found["menu entries"] = [len(getattr(menu.draw, "_draw_funcs", [None])) for menu in menus]
     found["threads"] = threading.active_count()
     found["preferences"] = bpy.context.preferences.addons.get(headless.PACKAGE) is not None
     return found

@@ -2,6 +2,7 @@
 """Habits of Blender's interface that are kept: tooltips, presets, keyframes, a menu, settings that stay, undo."""
 
 import importlib
+from types import SimpleNamespace
 
 import pytest
 
@@ -14,6 +15,14 @@ def classes(blender):
     bases = (getattr(blender.types, name) for name in ("Operator", "Panel", "Menu", "PropertyGroup"))
     found = [cls for base in bases for cls in base.__subclasses__() if cls.__module__.startswith(headless.PACKAGE)]
     return [cls for cls in found if cls.is_registered]
+
+
+@pytest.fixture
+def panel(blender):
+    """Import a module of the interface: `panel("bake")`."""
+    import headless
+
+    return lambda name: importlib.import_module(f"{headless.PACKAGE}.ui.{name}")
 
 
 def operators(blender, classes):
@@ -43,7 +52,7 @@ def test_everything_has_a_tooltip(blender, classes):
     assert explained > 15
 
 
-def test_menu_offers_every_operator(blender, classes):
+def test_menu_offers_every_operator(blender, classes, panel):
     """F3 finds what is in a menu; nothing but helpers of a panel is kept out of it."""
     import headless
 
@@ -51,6 +60,30 @@ def test_menu_offers_every_operator(blender, classes):
     assert entries.count(f"{headless.PACKAGE}.ui.menu") == 1
     internal = {cls.bl_idname for cls, _ in operators(blender, classes) if "INTERNAL" in getattr(cls, "bl_options", ())}
     assert internal <= {"prt.cancel", "prt.keep_preview", "prt.bake_preset_add", "prt.select_noticed"}
+    offered = [name for group in panel("menu").GROUPS for name, _ in group]
+    offered[offered.index("PRT_MT_skies")] = "prt.use_sky"  # a submenu of one operator's choices
+    assert sorted(offered) == sorted({cls.bl_idname for cls, _ in operators(blender, classes)} - internal)
+
+
+def test_icons_exist(blender, panel):
+    """Blender draws a panel or menu no further than to an icon that it does not know."""
+    icons = blender.types.UILayout.bl_rna.functions["operator"].parameters["icon"].enum_items
+    assert all(icon in icons for group in panel("menu").GROUPS for _, icon in group)
+
+
+def test_file_menus_offer_imports_and_exports(blender, classes, panel):
+    """Every operator that reads or writes another program's file stands in File > Import or Export, once."""
+    import headless
+
+    drawn = []
+    layout = SimpleNamespace(operator=lambda name, text: drawn.append((name, text)))
+    for menu in (blender.types.TOPBAR_MT_file_import, blender.types.TOPBAR_MT_file_export):
+        ours = [draw for draw in menu.draw._draw_funcs if draw.__module__ == f"{headless.PACKAGE}.ui.file_menus"]
+        assert len(ours) == 1
+        ours[0](SimpleNamespace(layout=layout), blender.context)
+    wanted = {cls.bl_idname for cls, _ in operators(blender, classes)}
+    wanted = {name for name in wanted if name.startswith(("prt.import_", "prt.export_"))}
+    assert sorted(name for name, _ in drawn) == sorted(wanted) and all(text for _, text in drawn)
 
 
 def test_what_changes_data_can_be_undone(blender, classes):
@@ -70,7 +103,7 @@ def test_what_changes_data_can_be_undone(blender, classes):
 
 def test_what_takes_long_is_not_done_again_by_the_redo_panel(blender, classes):
     """It would show defaults in place of the scene's settings, and work in the foreground at every touch."""
-    long = {"prt.bake", "prt.bake_shard", "prt.merge_shards", "prt.report"}
+    long = {"prt.bake", "prt.bake_stale", "prt.bake_shard", "prt.merge_shards", "prt.report"}
     found = {cls.bl_idname: getattr(cls, "bl_options", set()) for cls, _ in operators(blender, classes)}
     assert not any("REGISTER" in found[name] for name in long)
 
@@ -117,14 +150,6 @@ def test_presets(blender, scene):
     assert blender.utils.preset_find("Mine", "prt/bake") is None
     assert blender.ops.prt.bake_preset_add(name="Draft", remove_name=True) == {"CANCELLED"}
     assert blender.utils.preset_find("Draft", "prt/bake")
-
-
-@pytest.fixture
-def panel(blender):
-    """Import a module of the interface: `panel("bake")`."""
-    import headless
-
-    return lambda name: importlib.import_module(f"{headless.PACKAGE}.ui.{name}")
 
 
 def test_the_panel_says_what_will_be_baked(blender, scene, stage, panel):

@@ -30,6 +30,7 @@ def drawn(blender):
     import headless
 
     tab = importlib.import_module(f"{headless.PACKAGE}.ui.tab")
+    properties = importlib.import_module(f"{headless.PACKAGE}.ui.properties")
     interface = importlib.import_module(f"{headless.PACKAGE}.ui")
 
     def draw():
@@ -37,13 +38,17 @@ def drawn(blender):
         context = SimpleNamespace(
             scene=real.scene,
             active_object=real.view_layer.objects.active,
+            object=real.view_layer.objects.active,
+            world=real.scene.world,
             selected_objects=real.selected_objects,
             preferences=real.preferences,
             region=SimpleNamespace(width=280),
         )
         said = []
         for panel in interface.CLASSES:
-            if issubclass(panel, tab.Tab) and getattr(panel, "poll", lambda _context: True)(context):
+            if issubclass(panel, (tab.Tab, properties.Section)) and getattr(panel, "poll", lambda _context: True)(
+                context
+            ):
                 layout = Layout()
                 panel.draw(SimpleNamespace(layout=layout), context)
                 said += layout.said
@@ -76,7 +81,9 @@ def test_in_every_state(blender, part, scene, stage, drawn):
     assert any("Light is fresh" in word for word in drawn())
     ob.location.x = 1.0
     blender.context.view_layer.update()
-    assert "it was moved" in " ".join(drawn())
+    assert "it was moved" in " ".join(drawn()) and "prt.bake_stale" not in drawn()
+    blender.ops.prt.check()
+    assert "Ball: it was moved" in " ".join(drawn()) and "prt.bake_stale" in drawn()
     settings = part("problem").BakeSettings(samples=1 << 14)
     job = part("job").bake_job(part("read").read_bake(blender.context, [ob], settings).problem)
     job.start()
@@ -162,6 +169,25 @@ def test_large_files_are_drawn_quickly(blender, part, scene, stage, drawn):
             drawn()
             times.append(time.perf_counter() - began)
     assert looked_up and min(times) < 2e-3, f"{1e3 * min(times):.1f} ms"
+
+
+def test_properties_show_what_belongs_to_their_tab(blender, scene, stage, drawn):
+    """Each where its data is shown, and not for other data than the scene's."""
+    import headless
+
+    panels = importlib.import_module(f"{headless.PACKAGE}.ui.properties")
+    contexts = [panel.bl_context for panel in panels.CLASSES]
+    assert sorted(contexts) == ["object", "render", "world"]
+    world, _ = stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
+    other = blender.data.worlds.new("Pinned")
+    for shown, wanted in ((world, True), (other, False), (None, False)):
+        assert panels.PRT_PT_world.poll(SimpleNamespace(world=shown, scene=scene)) == wanted
+    ball = stage.object_of("Ball", stage.icosphere(1))
+    for shown, wanted in ((ball, True), (stage.object_of("Empty", None), False), (None, False)):
+        assert panels.PRT_PT_object.poll(SimpleNamespace(object=shown)) == wanted
+    blender.context.view_layer.objects.active = ball
+    said = drawn()
+    assert said.count("space") == 2 and said.count("mode") == 2 and said.count("prt.project_light") == 2
 
 
 def test_the_exporters_sidebar(blender):

@@ -1,16 +1,32 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is seen: the PRT tab of the 3D View's sidebar, and a menu. Reads properties and calls operators, nothing else."""
+"""What is seen: the 3D View's PRT tab, panels in Properties, menus. Reads properties and calls operators, nothing else."""
 
 from __future__ import annotations
 
 import bpy
 
 from ..prt_addon.scene.light import picture as light_picture
-from . import bake, files, gltf, light, menu, notices, presets, preview, report, shading, transport
+from . import (
+    bake,
+    file_menus,
+    files,
+    gltf,
+    light,
+    menu,
+    notices,
+    presets,
+    preview,
+    properties,
+    report,
+    shading,
+    stale,
+    transport,
+)
 
 CLASSES = (
     *bake.CLASSES,
     *notices.CLASSES,
+    *stale.CLASSES,
     *presets.CLASSES,
     *light.CLASSES,
     *preview.CLASSES,
@@ -19,10 +35,11 @@ CLASSES = (
     *transport.CLASSES,
     *files.CLASSES,
     *gltf.CLASSES,
+    *properties.CLASSES,
     *menu.CLASSES,
 )
 _register_classes, _unregister_classes = bpy.utils.register_classes_factory(CLASSES)
-_ENTRIES = (presets, menu)
+_ENTRIES = (presets, menu, file_menus)
 """Modules that put something into Blender's own interface."""
 
 

@@ -53,15 +53,7 @@ class PRT_PT_settings(Tab, bpy.types.Panel):
         PRT_PT_bake_presets.draw_panel_header(self.layout)
 
     def draw(self, context: bpy.types.Context) -> None:
-        settings = context.scene.prt
-        column, used = _settings_column(self.layout), scene_settings(context.scene).used
-        column.prop(settings, "mode")
-        if "samples" in used:
-            column.prop(settings, "samples")
-        if "tolerance" in used:
-            bounces = column.column()
-            bounces.enabled = "bounces" in used
-            bounces.prop(settings, "bounces")
+        column = draw_settings(self.layout, context)
         ob = context.active_object
         if ob and ob.type == "MESH":
             column.separator()
@@ -79,7 +71,7 @@ class PRT_PT_advanced(Tab, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         settings = context.scene.prt
-        column, used = _settings_column(self.layout), scene_settings(context.scene).used
+        column, used = settings_column(self.layout), scene_settings(context.scene).used
         for name in ("tolerance", "seed"):
             if name in used:
                 column.prop(settings, name)
@@ -94,7 +86,7 @@ class PRT_PT_long_bakes(Tab, bpy.types.Panel):
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: bpy.types.Context) -> None:
-        column = _settings_column(self.layout)
+        column = settings_column(self.layout)
         column.prop(context.scene.prt, "checkpoint_dir")
         column.prop(context.scene.prt, "memory")
 
@@ -105,7 +97,21 @@ def what_is_baked(context: bpy.types.Context) -> str:
     return f"{count} selected mesh{'es' * (count > 1)}" if count else "All meshes that render"
 
 
-def _settings_column(layout: bpy.types.UILayout) -> bpy.types.UILayout:
+def draw_settings(layout: bpy.types.UILayout, context: bpy.types.Context) -> bpy.types.UILayout:
+    """The settings that are seldom left alone, in a column that is returned for more of them."""
+    settings = context.scene.prt
+    column, used = settings_column(layout), scene_settings(context.scene).used
+    column.prop(settings, "mode")
+    if "samples" in used:
+        column.prop(settings, "samples")
+    if "tolerance" in used:
+        bounces = column.column()
+        bounces.enabled = "bounces" in used
+        bounces.prop(settings, "bounces")
+    return column
+
+
+def settings_column(layout: bpy.types.UILayout) -> bpy.types.UILayout:
     """Where settings go; they are locked while a bake runs."""
     column = layout.column()
     column.use_property_split = True

@@ -20,33 +20,37 @@ class PRT_PT_light(Tab, bpy.types.Panel):
     bl_label = "Light"
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout = self.layout
-        layout.use_property_split = True
-        world, settings = context.scene.world, context.scene.prt
-        state = light_glance(world).state
-        draw_text(context, layout.column(align=True), state.text, "ERROR" if state.stale else "WORLD")
-        layout.operator("prt.project_light", icon="WORLD")
-        if not _has_sky(world):
-            layout.menu("PRT_MT_skies", icon="LIGHT_SUN")
-        column = layout.column()
-        column.use_property_decorate = False
-        column.prop(settings, "auto_light")
-        column.prop(settings, "window")
-        if settings.window in _WITH_CUTOFF:
-            column.prop(settings, "cutoff")
-        if another_window(context.scene):
-            remedy = "keyframe the light again" if light.is_keyframed(world) else "project the world"
-            draw_text(context, layout.column(align=True), f"Another window is set: {remedy}.", "INFO")
-        if light.has_light(world):
-            followed = light.followed(world)
-            for socket, name in ((followed.rotation, "Rotation"), (followed.strength, "Strength")):
-                if socket:
-                    layout.prop(socket, "default_value", text=name)
-            if followed.sun:
-                layout.prop(followed.sun, "sun_rotation", text="Rotation")
-        for sentence in state.not_followed:
-            draw_text(context, layout.column(align=True), f"{sentence[0].upper()}{sentence[1:]}.", "INFO")
-        layout.operator("prt.keyframe_light", icon="KEYTYPE_KEYFRAME_VEC")
+        draw_light(self.layout, context)
+
+
+def draw_light(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
+    """How the light stands, and the buttons and nodes that change it."""
+    layout.use_property_split = True
+    world, settings = context.scene.world, context.scene.prt
+    state = light_glance(world).state
+    draw_text(context, layout.column(align=True), state.text, "ERROR" if state.stale else "WORLD")
+    layout.operator("prt.project_light", icon="WORLD")
+    if not _has_sky(world):
+        layout.menu("PRT_MT_skies", icon="LIGHT_SUN")
+    column = layout.column()
+    column.use_property_decorate = False
+    column.prop(settings, "auto_light")
+    column.prop(settings, "window")
+    if settings.window in _WITH_CUTOFF:
+        column.prop(settings, "cutoff")
+    if another_window(context.scene):
+        remedy = "keyframe the light again" if light.is_keyframed(world) else "project the world"
+        draw_text(context, layout.column(align=True), f"Another window is set: {remedy}.", "INFO")
+    if light.has_light(world):
+        followed = light.followed(world)
+        for socket, name in ((followed.rotation, "Rotation"), (followed.strength, "Strength")):
+            if socket:
+                layout.prop(socket, "default_value", text=name)
+        if followed.sun:
+            layout.prop(followed.sun, "sun_rotation", text="Rotation")
+    for sentence in state.not_followed:
+        draw_text(context, layout.column(align=True), f"{sentence[0].upper()}{sentence[1:]}.", "INFO")
+    layout.operator("prt.keyframe_light", icon="KEYTYPE_KEYFRAME_VEC")
 
 
 def _has_sky(world: bpy.types.World | None) -> bool:

@@ -5,11 +5,44 @@ from __future__ import annotations
 
 import bpy
 
-from .. import operators
 from ..prt_addon.scene.sky.studio import free_icons, icon_of, load_icons, studio_skies
 
+GROUPS = (
+    (
+        ("prt.bake", "RENDER_STILL"),
+        ("prt.check", "CHECKMARK"),
+        ("prt.bake_stale", "FILE_REFRESH"),
+        ("prt.refine", "MOD_SUBSURF"),
+        ("prt.report", "VIEWZOOM"),
+        ("prt.show_transport", "COLOR"),
+        ("prt.hide_transport", "X"),
+    ),
+    (
+        ("prt.project_light", "WORLD"),
+        ("PRT_MT_skies", "LIGHT_SUN"),
+        ("prt.keyframe_light", "KEYTYPE_KEYFRAME_VEC"),
+        ("prt.show_light", "SHADING_RENDERED"),
+    ),
+    (
+        ("prt.add_shading", "ADD"),
+        ("prt.remove_shading", "REMOVE"),
+        ("prt.freeze", "FREEZE"),
+    ),
+    (
+        ("prt.bake_shard", "NETWORK_DRIVE"),
+        ("prt.merge_shards", "FILE_TICK"),
+    ),
+    (
+        ("prt.import_cubemap", "IMPORT"),
+        ("prt.import_games202", "IMPORT"),
+        ("prt.export_games202", "EXPORT"),
+        ("prt.export_web_page", "EXPORT"),
+    ),
+    (("prt.remove", "TRASH"),),
+)
+"""Operators, and a menu, with their icons: bake, light, surfaces, farms, files, the way back."""
 _CHOICES = {"prt.show_light": "kind", "prt.show_transport": "part"}
-"""Operators that are menus of what one of their arguments can be."""
+"""Operators that open a submenu of one of their properties."""
 
 
 class PRT_MT_skies(bpy.types.Menu):
@@ -30,22 +63,21 @@ class PRT_MT_object(bpy.types.Menu):
     bl_label = "PRT"
 
     def draw(self, _context: bpy.types.Context) -> None:
-        for operator in operators.CLASSES:
-            if operator.bl_idname in _CHOICES:
-                self.layout.operator_menu_enum(operator.bl_idname, _CHOICES[operator.bl_idname])
-            elif operator.bl_idname == "prt.use_sky":
-                self.layout.menu(PRT_MT_skies.bl_idname)
-            elif "INTERNAL" not in getattr(operator, "bl_options", ()):
-                self.layout.operator(operator.bl_idname)
+        for number, group in enumerate(GROUPS):
+            if number:
+                self.layout.separator()
+            for name, icon in group:
+                if name in _CHOICES:
+                    self.layout.operator_menu_enum(name, _CHOICES[name], icon=icon)
+                elif name == PRT_MT_skies.bl_idname:
+                    self.layout.menu(name, icon=icon)
+                else:
+                    self.layout.operator(name, icon=icon)
 
 
 def _draw_entry(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
     self.layout.separator()
     self.layout.menu(PRT_MT_object.bl_idname)
-
-
-def _draw_export(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
-    self.layout.operator("prt.export_web_page", text="PRT Web Page (.html)")
 
 
 CLASSES = (PRT_MT_skies, PRT_MT_object)
@@ -55,11 +87,9 @@ def register() -> None:
     """Append the entries."""
     load_icons()
     bpy.types.VIEW3D_MT_object.append(_draw_entry)
-    bpy.types.TOPBAR_MT_file_export.append(_draw_export)
 
 
 def unregister() -> None:
     """Take them out."""
-    bpy.types.TOPBAR_MT_file_export.remove(_draw_export)
     bpy.types.VIEW3D_MT_object.remove(_draw_entry)
     free_icons()

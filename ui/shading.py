@@ -26,7 +26,7 @@ class PRT_PT_shading(Tab, bpy.types.Panel):
             draw_text(context, layout.column(align=True), "This view shows no baked light. Switch it:", "INFO")
             layout.prop(shading, "type", text="")
         if ob and ob.type == "MESH":
-            _draw_freshness(context, layout.column(align=True), freshness.glance(context, ob))
+            draw_freshness(context, layout.column(align=True), freshness.glance(context, ob))
         column = layout.column(align=True)
         column.operator("prt.add_shading", icon="ADD")
         column.operator("prt.remove_shading", icon="REMOVE")
@@ -43,7 +43,7 @@ _ICONS = {
 }
 
 
-def _draw_freshness(context: bpy.types.Context, column: bpy.types.UILayout, found: freshness.Freshness) -> None:
+def draw_freshness(context: bpy.types.Context, column: bpy.types.UILayout, found: freshness.Freshness) -> None:
     """What is known of a bake, and why."""
     headline, *details = found.lines
     if found.state == "FRESH":

@@ -98,12 +98,30 @@ def freshness(
         )
         for (ob, record), now in zip(records.items(), evidence, strict=True):
             session.checked[ob.session_uid] = record, _differences(record, now)
-        return [glance(context, ob, settings) for ob in objects]
+        found = [glance(context, ob, settings) for ob in objects]
+    _list_stale(context.scene, zip(objects, found, strict=True))
+    return found
+
+
+def stale_objects(
+    context: bpy.types.Context, settings: BakeSettings | None = None
+) -> dict[bpy.types.Object, Freshness]:
+    """The objects of the scene whose bakes are stale, selected or not, and why; as slow as `freshness`."""
+    baked = sorted(filter(_checkable, context.scene.objects), key=lambda ob: ob.name_full)
+    found = zip(baked, freshness(context, baked, settings), strict=True)
+    return {ob: one for ob, one in found if one.state == "STALE"}
+
+
+def listed_stale(scene: bpy.types.Scene) -> list[Freshness]:
+    """The bakes of a scene that were stale when they were last checked, and were not baked since. Cheap enough to be drawn."""
+    return list(session.stale.get(scene.session_uid, {}).values())
 
 
 def note_baked(objects: Iterable[bpy.types.Object], as_read: bool = True) -> None:
     """Objects were baked just now: what a check would find is known without looking, if they are as they were read."""
     for ob in objects:
+        for listed in session.stale.values():
+            listed.pop(ob.session_uid, None)
         record = _checkable(ob)
         if record and as_read:
             session.checked[ob.session_uid] = record, frozenset()
@@ -146,6 +164,17 @@ def glance(context: bpy.types.Context, ob: bpy.types.Object, settings: BakeSetti
     if phrases:
         return Freshness(ob.name, "STALE", phrases)
     return Freshness(ob.name, "FRESH" if checked else "UNCHECKED")
+
+
+def _list_stale(scene: bpy.types.Scene, checked: Iterable[tuple[bpy.types.Object, Freshness]]) -> None:
+    """Keep what a check of some objects found, beside what is known of the others that are still there."""
+    there = {ob.session_uid for ob in scene.objects}
+    known = {uid: one for uid, one in session.stale.get(scene.session_uid, {}).items() if uid in there}
+    for ob, one in checked:
+        known.pop(ob.session_uid, None)
+        if one.state == "STALE":
+            known[ob.session_uid] = one
+    session.stale[scene.session_uid] = known
 
 
 def _record(ob: bpy.types.Object) -> BakeRecord | None:

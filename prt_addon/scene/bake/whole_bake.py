@@ -8,6 +8,8 @@ cannot be baked at all is left out and named.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import bpy
 
 from ...core.bake.bake import BakeResult
@@ -57,24 +59,26 @@ class WholeBake:
         settings: BakeSettings,
         projected: Windowing | None = None,
         with_shading: bool = False,
+        objects: Sequence[bpy.types.Object] | None = None,
     ) -> None:
         """
         Args:
             projected: how the world is projected, too; not if None, nor if its light is keyframed or imported.
             with_shading: whether materials are relit, too.
+            objects: to be baked; the selected ones, or all that render, if None.
 
         Raises:
             PRTError: whatever is wrong with the scene, before any work.
         """
         if settings.mode != "UNSHADOWED":
             raycast.require()
-        objects = choose.objects_to_bake(context)
+        chosen = choose.objects_to_bake(context) if objects is None else list(objects)
         self._light: Projection | None = None
         self._notes, self._about_light = list[str](), list[Notice]()
         if projected:
             self._project(context, projected)
         with object_mode(context):
-            self.plan = read_bake(context, objects, settings)
+            self.plan = read_bake(context, chosen, settings)
         self.settings = settings
         self._with_shading = with_shading
         self._place = Place.of(context)
