@@ -31,7 +31,7 @@ from .scene.material.reading import PART
 from .scene.mesh.carrier import put_away, transport_mesh
 from .scene.mesh.layers import is_baked
 from .scene.shading.probe import is_probe
-from .scene.shading.shading import follow_base_colour, follow_group
+from .scene.shading.shading import follow_group, follow_surface
 from .scene.sky.projection import Windowing, project
 from .scene.sky.sky import lighting_world, objects_seen, read_world
 from .session import session
@@ -54,7 +54,7 @@ def _on_edit(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
         return
     for ident in changed:
         if isinstance(ident, bpy.types.Material):
-            follow_base_colour(ident)
+            follow_surface(ident)
         elif isinstance(ident, bpy.types.NodeTree) and PART not in ident:
             follow_group(ident)
         elif isinstance(ident, bpy.types.Image) and has_light(scene.world):
@@ -72,7 +72,7 @@ def _on_frame(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
         return
     for material in bpy.data.materials:
         if material.node_tree and material.node_tree.animation_data:
-            follow_base_colour(material)
+            follow_surface(material)
     _follow_sky(scene, depsgraph)
 
 

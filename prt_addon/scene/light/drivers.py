@@ -11,6 +11,7 @@ from ..sky.sky import Sky
 TURN = ("prt_turn_x", "prt_turn_y", "prt_turn_z")
 """Column k of the rotation R under which a direction w looks up the sky at R w."""
 STRENGTH = "prt_strength"
+"""Three times what scales the light, and whether lamps light relit surfaces, 0 or 1."""
 DRIVEN = (*TURN, STRENGTH)
 """Custom properties of the world that carries the light."""
 
@@ -40,7 +41,7 @@ def follow(sky: Sky, mapping: bpy.types.Node | None) -> None:
     world = sky.holder
     for name, axis in zip(TURN, np.eye(3), strict=True):
         world[name] = axis.tolist()
-    world[STRENGTH] = 1.0
+    write_strength(world, lamps=True)
     if mapping:
         rotation = _socket_path(mapping.inputs["Rotation"])
         angles = {axis: f"{rotation}[{i}]" for i, axis in enumerate("xyz")}
@@ -54,7 +55,17 @@ def follow(sky: Sky, mapping: bpy.types.Node | None) -> None:
         for name, index, expression in _SUN_TURN:
             _drive(sky, name, index, f"{expression}+0*w", {"z": angle, "w": _socket_path(_some_number(sky.sun))})
     if sky.strength:
-        _drive(sky, STRENGTH, -1, "s", {"s": _socket_path(sky.strength)})
+        for index in range(3):
+            _drive(sky, STRENGTH, index, "s", {"s": _socket_path(sky.strength)})
+
+
+def write_strength(world: bpy.types.World, lamps: bool) -> None:
+    """Store strength 1.
+
+    Args:
+        lamps: whether lamps light relit surfaces: only if EEVEE's own light of the sky is the light that is stored.
+    """
+    world[STRENGTH] = [1.0, 1.0, 1.0, float(lamps)]
 
 
 def _some_number(sun: bpy.types.Node) -> bpy.types.NodeSocket:

@@ -24,11 +24,11 @@ from ..blender.nodes import feeding_socket
 from ..blender.versions import refuse_newer, version_of
 from ..sky.projection import Projection, Windowing
 from ..sky.sky import Sky
-from .drivers import DRIVEN, STRENGTH, TURN, follow, remove_drivers
+from .drivers import DRIVEN, STRENGTH, TURN, follow, remove_drivers, write_strength
 
 Array = npt.NDArray[np.float64]
 
-LIGHT_VERSION = 1
+LIGHT_VERSION = 2
 LIGHT = tuple(f"prt_light_{i}" for i in range(sh.coefficient_count(sh.ORDER)))
 RECORD = "prt_light"
 FRAMES, REPAINTED, SOURCE, STAND_IN = "frames", "repainted", "source", "stand_in"
@@ -137,7 +137,7 @@ def read_turn(world: bpy.types.World) -> Array:
 
 def strength_of(world: bpy.types.World) -> float:
     """By what the stored light is scaled now."""
-    return float(world[STRENGTH])
+    return float(value[0] if hasattr(value := world[STRENGTH], "__len__") else value)
 
 
 def shown_light(world: bpy.types.World, update: bool = True) -> Array:
@@ -162,7 +162,7 @@ def write_still_light(world: bpy.types.World, light: Array) -> None:
     store_light(world, light)
     for name, axis in zip(TURN, np.eye(3), strict=True):
         world[name] = axis.tolist()
-    world[STRENGTH] = 1.0
+    write_strength(world, lamps=False)
     world[RECORD] = {"version": LIGHT_VERSION, "order": sh.ORDER}
     world.update_tag()
 
@@ -190,13 +190,13 @@ def has_light(world: bpy.types.World | None) -> bool:
     return (
         world is not None
         and all(_is_vector(world.get(name)) for name in (*LIGHT, *TURN))
-        and isinstance(world.get(STRENGTH), (int, float))
+        and (isinstance(world.get(STRENGTH), (int, float)) or _is_vector(world.get(STRENGTH), 4))
     )
 
 
-def _is_vector(value: object) -> bool:
-    """Whether a custom property holds three numbers."""
-    return hasattr(value, "typecode") and value.typecode in "fdi" and len(value) == 3  # type: ignore[arg-type]
+def _is_vector(value: object, length: int = 3) -> bool:
+    """Whether a custom property holds so many numbers."""
+    return hasattr(value, "typecode") and value.typecode in "fdi" and len(value) == length  # type: ignore[arg-type]
 
 
 def is_projected(world: bpy.types.World) -> bool:

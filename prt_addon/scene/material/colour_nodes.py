@@ -37,19 +37,6 @@ def connect(tree: bpy.types.NodeTree, colour: Colour, entry: bpy.types.NodeSocke
     _feed(tree, entry, build(tree, colour))
 
 
-def signature(colour: Colour | None) -> str:
-    """Different for colours that take different nodes, links or numbers."""
-    if isinstance(colour, Constant):
-        return repr(colour.rgb)
-    if isinstance(colour, Source):
-        return f"{colour.socket.node.name}/{colour.socket.identifier}"
-    if isinstance(colour, Inside):
-        return f"{colour.group.name}:{colour.group.node_tree.name}({signature(colour.colour)})"
-    if isinstance(colour, Mixed):
-        return f"mix({signature(colour.factor)}, {signature(colour.first)}, {signature(colour.second)})"
-    return f"sum({signature(colour.first)}, {signature(colour.second)})" if colour else ""
-
-
 def remove_parts(tree: bpy.types.NodeTree, but: str = "") -> None:
     """Take out all nodes that `build` and `add_part` added, and the copies of groups that nobody uses any more.
 

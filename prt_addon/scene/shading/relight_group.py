@@ -3,15 +3,20 @@
 
 The light is turned by the world's Mapping node, and, where the mesh says that its transport is in its object's own
 axes, by the object itself.
+
+It hands out what the surfaces of a material are relit with: the light on a white one (Shading), whether there is transport
+(Baked), how much of what a mirror would see there is sky (Sky Seen), and what EEVEE's own light of the sky adds up to on
+both sides of a surface (Ambient), which `lamps_group` takes off. Base Color, Unbaked and Surface are a matte surface.
 """
 
 from __future__ import annotations
 
-from math import sqrt
+from math import pi, sqrt
 
 import bpy
 
 from ...core.layout import BAKED_BELOW, LAYERS, OWN_AXES_BELOW
+from ...core.sphere import sh
 from ..blender.libraries import is_own
 from ..blender.nodes import Graph
 from ..blender.versions import refuse_newer, version_of
@@ -19,7 +24,7 @@ from ..light.drivers import STRENGTH, TURN
 from ..light.light import LIGHT
 
 GROUP = "PRT Relight"
-GROUP_VERSION = 3
+GROUP_VERSION = 4
 _VERSION = "prt_version"
 
 
@@ -37,7 +42,26 @@ def relight_group() -> bpy.types.NodeTree:
     return current
 
 
-_SOCKETS = {("Base Color", "INPUT"), ("Unbaked", "INPUT"), ("Surface", "OUTPUT"), ("Shading", "OUTPUT")}
+_INPUTS = (
+    ("Base Color", "Color", "Albedo of a matte surface, multiplied with the light that reaches it"),
+    ("Unbaked", "Shader", "What meshes without baked transport show"),
+)
+_OUTPUTS = (
+    ("Surface", "Shader", "A relit matte surface"),
+    ("Shading", "Color", "The light that a white surface would show"),
+    ("Baked", "Float", "1 where the mesh has transport, 0 where it has not"),
+    ("Sky Seen", "Float", "How much of what a mirror would see is sky, and not the scene: 0 to 1"),
+    ("Ambient", "Color", "What EEVEE's own light of the sky adds up to on both sides of a white surface"),
+)
+_SOCKETS = {(name, "INPUT") for name, _, _ in _INPUTS} | {(name, "OUTPUT") for name, _, _ in _OUTPUTS}
+
+_NO_LAMPS = 1e9
+"""Taken off by `lamps_group`, it leaves nothing."""
+
+_Y_0, _Y_1 = sqrt(1.0 / (4.0 * pi)), sqrt(3.0 / (4.0 * pi))
+
+_BANDS_SEEN = (1.0, 1.0, 0.75)
+"""Weights of the bands in what a mirror sees: order 2 rings less with the last one damped."""
 
 
 def _is_whole(tree: bpy.types.NodeTree) -> bool:
@@ -91,63 +115,124 @@ def _built() -> bpy.types.NodeTree:
 
 
 def _build(tree: bpy.types.NodeTree) -> None:
-    interface = tree.interface
-    base = interface.new_socket("Base Color", in_out="INPUT", socket_type="NodeSocketColor")
-    base.default_value = (0.8, 0.8, 0.8, 1.0)
-    base.description = "Albedo of the surface, multiplied with the light that reaches it"
-    unbaked = interface.new_socket("Unbaked", in_out="INPUT", socket_type="NodeSocketShader")
-    unbaked.description = "What meshes without baked transport show"
-    surface = interface.new_socket("Surface", in_out="OUTPUT", socket_type="NodeSocketShader")
-    surface.description = "The relit surface"
-    shading = interface.new_socket("Shading", in_out="OUTPUT", socket_type="NodeSocketColor")
-    shading.description = "The light that a white surface would show"
+    for sockets, side in ((_INPUTS, "INPUT"), (_OUTPUTS, "OUTPUT")):
+        for name, kind, description in sockets:
+            socket = tree.interface.new_socket(name, in_out=side, socket_type=f"NodeSocket{kind}")
+            socket.description = description
+            if side == "INPUT" and kind == "Color":
+                socket.default_value = (0.8, 0.8, 0.8, 1.0)
 
     graph = Graph(tree)
     group_input = graph.add("NodeGroupInput")
     layers = [graph.attribute(name, "GEOMETRY") for name in LAYERS]
     light = [graph.attribute(name, "VIEW_LAYER").outputs["Vector"] for name in LIGHT]
     axes = [graph.attribute(name, "VIEW_LAYER").outputs["Vector"] for name in TURN]
-    strength = graph.attribute(STRENGTH, "VIEW_LAYER").outputs["Fac"]
-
+    strength = graph.attribute(STRENGTH, "VIEW_LAYER")
     graph.column()
-    baked, own_axes = _marks(graph, layers)
+    baked, own_axes, older = _marks(graph, layers)
     graph.column()
-    axes = [graph.mixed(own_axes, *pair) for pair in zip(axes, _object_axes(graph, axes), strict=True)]
+    object_axes = _object_axes(graph)
+    axes = [graph.mixed(own_axes, *pair) for pair in zip(axes, _turned_axes(graph, axes, object_axes), strict=True)]
     graph.column()
     turned = [light[0], *_turned_vector(graph, light[1:4], axes), *_turned_form(graph, light[4:9], axes)]
     graph.column()
     radiance = graph.weighted_sum(
         [(layer.outputs["Vector"], value) for layer, value in zip(layers, turned, strict=True)]
     )
-    shown = graph.vector("MULTIPLY", _without_negatives(graph, radiance), strength)
-    colour = graph.vector("MULTIPLY", shown, group_input.outputs["Base Color"])
+    shown = graph.vector("MULTIPLY", _without_negatives(graph, radiance), strength.outputs["Fac"])
+    graph.column()
+    sky_seen = _sky_seen(graph, layers, own_axes, object_axes)
+    ambient = graph.vector("MULTIPLY", light[0], graph.math("MULTIPLY", strength.outputs["Fac"], 2.0 * _Y_0))
+    no_lamps = graph.math("SUBTRACT", 1.0, strength.outputs["Alpha"])
 
     graph.column()
+    results = {
+        "Surface": _matte(graph, group_input, shown, baked),
+        "Shading": shown,
+        "Baked": baked,
+        "Sky Seen": graph.math("MAXIMUM", sky_seen, older),
+        "Ambient": graph.vector("MULTIPLY_ADD", no_lamps, (_NO_LAMPS,) * 3, ambient),
+    }
+    graph.column()
+    group_output = graph.add("NodeGroupOutput")
+    for name, socket in results.items():
+        graph.feed(group_output.inputs[name], socket)
+
+
+def _matte(
+    graph: Graph, group_input: bpy.types.Node, shown: bpy.types.NodeSocket, baked: bpy.types.NodeSocket
+) -> bpy.types.NodeSocket:
+    """A surface that reflects the light alike in all directions; where there is no transport, the person's own."""
     emission = graph.add("ShaderNodeEmission")
-    graph.feed(emission.inputs["Color"], colour)
+    graph.feed(emission.inputs["Color"], graph.vector("MULTIPLY", shown, group_input.outputs["Base Color"]))
     mix = graph.add("ShaderNodeMixShader")
     graph.feed(mix.inputs[0], baked)
     graph.feed(mix.inputs[1], group_input.outputs["Unbaked"])
     graph.feed(mix.inputs[2], emission.outputs[0])
-    graph.column()
-    group_output = graph.add("NodeGroupOutput")
-    graph.feed(group_output.inputs["Surface"], mix.outputs[0])
-    graph.feed(group_output.inputs["Shading"], shown)
+    return mix.outputs[0]
 
 
-def _marks(graph: Graph, layers: list[bpy.types.Node]) -> tuple[bpy.types.NodeSocket, bpy.types.NodeSocket]:
-    """Whether there is transport, and whether it is in the object's own axes: 0 or 1, as `core.layout` has it.
+def _marks(graph: Graph, layers: list[bpy.types.Node]) -> list[bpy.types.NodeSocket]:
+    """Whether there is transport, whether it is in the object's own axes, and whether it is of version 1: 0 or 1, as
+    `core.layout` has it.
 
     A bake of version 1 is known by what no geometry without a bake has: alpha 0, and a colour.
     """
     mark, older_mark = (layer.outputs["Alpha"] for layer in layers[:2])
     current = graph.math("LESS_THAN", mark, BAKED_BELOW)
     colour = graph.vector("DOT_PRODUCT", layers[0].outputs["Vector"], (1.0, 1.0, 1.0))
-    older = graph.math("MULTIPLY", graph.math("LESS_THAN", mark, 0.5), graph.math("GREATER_THAN", colour, 0.0))
+    unmarked = graph.math("MULTIPLY", graph.math("LESS_THAN", mark, 0.5), graph.math("GREATER_THAN", colour, 0.0))
+    older = graph.math("MULTIPLY", unmarked, graph.math("SUBTRACT", 1.0, current))
     own = graph.math("LESS_THAN", mark, OWN_AXES_BELOW)
-    return graph.math("MAXIMUM", current, older), graph.math(
-        "MAXIMUM", own, graph.math("GREATER_THAN", older_mark, 0.5)
-    )
+    older_own = graph.math("MULTIPLY", older, graph.math("GREATER_THAN", older_mark, 0.5))
+    return [graph.math("MAXIMUM", current, older), graph.math("MAXIMUM", own, older_own), older]
+
+
+def _sky_seen(
+    graph: Graph,
+    layers: list[bpy.types.Node],
+    own_axes: bpy.types.NodeSocket,
+    object_axes: list[bpy.types.NodeSocket],
+) -> bpy.types.NodeSocket:
+    """How much sky there is where a mirror looks: the direct transport along the mirrored view, by what it is in the open.
+
+    The direct transport is visibility times the cosine lobe, in spherical harmonics. In the open its sum along a direction R is that
+    of the lobe alone: band l gives `A_l / pi (2 l + 1) / (4 pi) P_l(N.R)` (Ramamoorthi & Hanrahan 2001). It is right for
+    what is as rough as order 2 is coarse, and a guide for what is smoother.
+    """
+    geometry = graph.add("ShaderNodeNewGeometry")
+    normal, view = geometry.outputs["Normal"], geometry.outputs["Incoming"]
+    mirrored = graph.vector("MULTIPLY", graph.vector("REFLECT", view, normal), (-1.0, -1.0, -1.0))
+    own = graph.add("ShaderNodeCombineXYZ")
+    for entry, axis in zip(own.inputs, object_axes, strict=True):
+        graph.feed(entry, graph.vector("DOT_PRODUCT", mirrored, axis))
+    x, y, z = graph.components(graph.mixed(own_axes, mirrored, own.outputs[0]))
+    cosine = graph.math("ABSOLUTE", graph.vector("DOT_PRODUCT", normal, view))
+
+    first = graph.math("ADD", layers[0].outputs["Alpha"], graph.math("ADD", own_axes, 1.0))
+    seen = graph.math("MULTIPLY", first, _Y_0 * _BANDS_SEEN[0])
+    for layer, value in zip(layers[1:4], (y, z, x), strict=True):
+        weighted = graph.math("MULTIPLY", value, _Y_1 * _BANDS_SEEN[1])
+        seen = graph.math("MULTIPLY_ADD", layer.outputs["Alpha"], weighted, seen)
+    for layer, value in zip(layers[4:], _second_band(graph, x, y, z), strict=True):
+        weighted = graph.math("MULTIPLY", value, _BANDS_SEEN[2])
+        seen = graph.math("MULTIPLY_ADD", layer.outputs["Alpha"], weighted, seen)
+
+    constant = (_BANDS_SEEN[0] - _BANDS_SEEN[2] * 5.0 / 8.0) / (4.0 * pi)
+    linear, square = _BANDS_SEEN[1] * 2.0 / (4.0 * pi), _BANDS_SEEN[2] * 15.0 / 8.0 / (4.0 * pi)
+    slope = graph.math("MULTIPLY_ADD", cosine, square, linear)
+    share = graph.math("DIVIDE", seen, graph.math("MULTIPLY_ADD", cosine, slope, constant))
+    return graph.math("MINIMUM", graph.math("MAXIMUM", share, 0.0), 1.0)
+
+
+def _second_band(graph: Graph, *direction: bpy.types.NodeSocket) -> list[bpy.types.NodeSocket]:
+    """The five functions of band 2 along a unit vector, in the order of `core.sphere.sh`."""
+    x, y, z = direction
+    products = [graph.math("MULTIPLY", *pair) for pair in ((x, y), (y, z), (z, x))]
+    xy, yz, zx = (graph.math("MULTIPLY", product, sh.K_XY) for product in products)
+    zz = graph.math("MULTIPLY_ADD", graph.math("MULTIPLY", z, z), 3.0 * sh.K_ZZ, -sh.K_ZZ)
+    difference = graph.math("SUBTRACT", graph.math("MULTIPLY", x, x), graph.math("MULTIPLY", y, y))
+    return [xy, yz, zz, zx, graph.math("MULTIPLY", difference, 0.5 * sh.K_XY)]
 
 
 def _without_negatives(graph: Graph, radiance: bpy.types.NodeSocket) -> bpy.types.NodeSocket:
@@ -165,13 +250,19 @@ def _without_negatives(graph: Graph, radiance: bpy.types.NodeSocket) -> bpy.type
     return graph.vector("MAXIMUM", greyer, (0.0, 0.0, 0.0))
 
 
-def _object_axes(graph: Graph, axes: list[bpy.types.NodeSocket]) -> list[bpy.types.NodeSocket]:
+def _object_axes(graph: Graph) -> list[bpy.types.NodeSocket]:
+    """The object's three axes o_i, unit vectors in the world's."""
+    return [graph.to_world(direction) for direction in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))]
+
+
+def _turned_axes(
+    graph: Graph, axes: list[bpy.types.NodeSocket], object_axes: list[bpy.types.NodeSocket]
+) -> list[bpy.types.NodeSocket]:
     """The object's axes o_i instead of the world's e_i, as the world's Mapping turns them: `R o_i = sum_k (o_i)_k R e_k`.
 
     They need only be orthogonal, not right-handed: a mirrored object's light is mirrored.
     """
-    unit = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-    components = [graph.components(graph.to_world(direction)) for direction in unit]
+    components = [graph.components(axis) for axis in object_axes]
     graph.column()
     return [graph.weighted_sum(list(zip(axes, own, strict=True))) for own in components]
 

@@ -16,8 +16,8 @@ from ...core.errors import MeshError
 from ...core.notices import Kind, Notice
 from ..blender.libraries import check_own, is_own
 from ..blender.nodes import HAD_NO_NODES, feeding_socket, nodes_are_on, turn_nodes
-from ..material.colour_nodes import add_part, connect, remove_parts, signature
-from ..material.reading import OURS, PART, MaterialReading, has_surface, own_output, read_material
+from ..material.colour_nodes import add_part, remove_parts
+from ..material.reading import OURS, PART, Constant, has_surface, own_output, read_material
 from ..mesh.carrier import transport_mesh
 from ..mesh.layers import is_baked
 from .relight_group import (
@@ -29,12 +29,14 @@ from .relight_group import (
     remove_unused_group,
 )
 from .slots import ROOM, attributes_read
+from .surface_nodes import build_surface, follow_numbers, sockets_of, structure, write
 
 OUTPUT = "PRT Output"
 MADE = "prt_made"
 """Custom property of a material that we made for an object that had none."""
-_COLOUR = "prt_colour"
-"""Custom property of our group node: the signature of the colour that it is fed with."""
+_SURFACE = "prt_surface"
+"""Custom property of our group node: the structure of the surface that is relit, or that it is matte."""
+_MATTE = "matte"
 _SLOT_ADDED = "prt_slot_added"
 VIEWPORT = "prt_viewport_colour"
 """Custom property of the output that we add for Cycles to a material that had no nodes."""
@@ -197,14 +199,14 @@ def remove_from_material(material: bpy.types.Material) -> bool:
     return bool(ours)
 
 
-def follow_base_colour(material: bpy.types.Material, anew: bool = False) -> None:
-    """Feed the relit surface with what the person's own surface now has for a colour, if that has changed.
+def follow_surface(material: bpy.types.Material, anew: bool = False) -> None:
+    """Relight what the person's own surface now is, if that has changed.
 
     Textures and nodes are linked and need no following; a plain number cannot be linked, and a driver from a material
     to itself would be a dependency cycle.
 
     Args:
-        anew: also if it looks the same from here: a group that it lies in was edited.
+        anew: also if it looks the same from here: a group of it was edited.
     """
     groups = (
         node for node in our_nodes(material.node_tree) if node.bl_idname == "ShaderNodeGroup" and PART not in node
@@ -212,7 +214,7 @@ def follow_base_colour(material: bpy.types.Material, anew: bool = False) -> None
     group = next((node for node in groups if not is_newer(node.node_tree)), None)
     if group:
         _follow_viewport_colour(material)
-        _feed_colour(material.node_tree, group, read_material(material, "EEVEE"), anew)
+        _relight(material, group, anew)
 
 
 def follow_group(tree: bpy.types.NodeTree) -> None:
@@ -220,20 +222,44 @@ def follow_group(tree: bpy.types.NodeTree) -> None:
     copies = {copy for copy in bpy.data.node_groups if copy.get(PART) == tree.name}
     for material in bpy.data.materials if copies else ():
         if any(getattr(node, "node_tree", None) in copies for node in our_nodes(material.node_tree)):
-            follow_base_colour(material, anew=True)
+            follow_surface(material, anew=True)
 
 
-def _feed_colour(tree: bpy.types.NodeTree, group: bpy.types.Node, reading: MaterialReading, anew: bool = False) -> None:
-    entry, wanted = group.inputs["Base Color"], signature(reading.colour)
-    if reading.colour is None or (group.get(_COLOUR) == wanted and not anew):
-        return
-    for link in list(entry.links):
-        tree.links.remove(link)
-    remove_parts(tree, but=VIEWPORT)
-    connect(tree, reading.colour, entry)
-    group[_COLOUR] = wanted
-    for row, node in enumerate(node for node in tree.nodes if PART in node):
-        node.location = (group.location.x - 220.0, group.location.y - 40.0 * row)
+def _relight(material: bpy.types.Material, group: bpy.types.Node, anew: bool = False) -> None:
+    """Have the group relight what the person's own surface now is."""
+    tree, reading = material.node_tree, read_material(material, "EEVEE")
+    whole = reading.output is not None and not reading.why_not
+    wanted = structure(reading.output) if whole else _MATTE
+    if group.get(_SURFACE) != wanted or anew:
+        group[_SURFACE] = wanted
+        remove_parts(tree, but=VIEWPORT)
+        surface = _relit_where_baked(reading.output, group) if whole else group.outputs["Surface"]
+        tree.links.new(surface, _our_output(tree).inputs["Surface"])
+        _lay_out(tree, group)
+    if not whole and isinstance(reading.colour, Constant):
+        write(group.inputs["Base Color"], "default_value", (*reading.colour.rgb, 1.0))
+    follow_numbers(tree)
+
+
+def _relit_where_baked(output: bpy.types.Node, group: bpy.types.Node) -> bpy.types.NodeSocket:
+    """The person's surface, relit where there is transport."""
+    tree = output.id_data
+    mix = add_part(tree, "ShaderNodeMixShader")
+    own, relit = feeding_socket(output.inputs["Surface"]), build_surface(output, sockets_of(group))
+    for entry, source in zip(mix.inputs, (group.outputs["Baked"], own, relit), strict=True):
+        if source:
+            tree.links.new(source, entry)
+    return mix.outputs[0]
+
+
+def _lay_out(tree: bpy.types.NodeTree, group: bpy.types.Node) -> None:
+    """Parts in a staircase below the group, folded."""
+    for row, node in enumerate(node for node in tree.nodes if PART in node and VIEWPORT not in node):
+        node.location = (group.location.x + 30.0 * row, group.location.y - 220.0 - 40.0 * row)
+
+
+def _our_output(tree: bpy.types.NodeTree) -> bpy.types.Node:
+    return next(node for node in our_nodes(tree) if OURS in node)
 
 
 def _add_to_material(material: bpy.types.Material) -> list[Notice]:
@@ -258,7 +284,6 @@ def _add_to_material(material: bpy.types.Material) -> list[Notice]:
     ours = tree.nodes.new("ShaderNodeOutputMaterial")
     ours.target, ours.name, ours.label = "EEVEE", OUTPUT, "PRT (EEVEE)"
     ours[OURS] = "\n".join(active)
-    tree.links.new(group.outputs["Surface"], ours.inputs["Surface"])
     if material.get(HAD_NO_NODES):
         matte = next(node for node in tree.nodes if VIEWPORT in node).inputs["Surface"].links[0].from_socket
         tree.links.new(matte, group.inputs["Unbaked"])
@@ -267,7 +292,7 @@ def _add_to_material(material: bpy.types.Material) -> list[Notice]:
     for node in (group, ours):
         node.select = False
     ours.is_active_output = True
-    _feed_colour(tree, group, reading)
+    _relight(material, group)
     return [Notice(_GREY, material.name, {"why": reading.why_not})] if reading.why_not else []
 
 
