@@ -109,7 +109,7 @@ def test_constant_sky_shows_its_radiance(blender, scene, stage, tmp_path):
 
 
 def test_base_colour_keeps_its_texture_and_unbaked_meshes_their_shader(blender, part, scene, stage, tmp_path):
-    """One material: a baked mesh shows texture times light, an unbaked mesh what it showed before."""
+    """One material: a baked mesh shows texture times light and its own glow, an unbaked mesh what it showed before."""
     material = stage.diffuse()
     tree = material.node_tree
     texture = tree.nodes.new("ShaderNodeTexImage")
@@ -141,7 +141,8 @@ def test_base_colour_keeps_its_texture_and_unbaked_meshes_their_shader(blender, 
     blender.ops.prt.bake(mode="UNSHADOWED")
     frame = stage.render(tmp_path / "frame.exr")[..., :3]
     points = stage.pixel_points(scale=2.0)
-    for (row, column), colour in zip(np.ndindex(2, 2), texels.reshape(-1, 3), strict=True):
+    glow = np.array((0.1, 0.2, 0.3))
+    for (row, column), colour in zip(np.ndindex(2, 2), texels.reshape(-1, 3) + glow, strict=True):
         centre = np.array([-0.5 + (column - 0.5) * 0.4, (row - 0.5) * 0.4])
         quadrant = np.abs(points - centre).max(axis=-1) < 0.15
         np.testing.assert_allclose(frame[quadrant], np.broadcast_to(colour, frame[quadrant].shape), atol=2e-3)

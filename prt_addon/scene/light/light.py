@@ -31,9 +31,10 @@ Array = npt.NDArray[np.float64]
 LIGHT_VERSION = 2
 LIGHT = tuple(f"prt_light_{i}" for i in range(sh.coefficient_count(sh.ORDER)))
 RECORD = "prt_light"
-FRAMES, REPAINTED, SOURCE, STAND_IN = "frames", "repainted", "source", "stand_in"
+FRAMES, REPAINTED, SOURCE, STAND_IN, SUN = "frames", "repainted", "source", "stand_in", "sun_threshold"
 """Keys of the record: the first and last keyframe of a keyframed light; the picture whose texels have changed since; the
-world whose sky it is, if that is a view layer's and not the one that carries the light; whether a white sky stands in."""
+world whose sky it is, if that is a view layer's and not the one that carries the light; whether a white sky stands in;
+above what EEVEE took texels of the sky for a sun."""
 
 
 @dataclass(frozen=True)
@@ -75,8 +76,15 @@ def write_light(sky: Sky, projection: Projection, insert: bool = True) -> None:
         "factors": projection.factors.tolist(),
         "negative": list(projection.negative),
     }
+    _keep_sun_in_sky(sky.world, world[RECORD])
     follow(sky, mapping)
     world.update_tag()
+
+
+def _keep_sun_in_sky(source: bpy.types.World, record: Any) -> None:
+    """Keep EEVEE from making a lamp of the sky's brightest texels: it would light relit surfaces a second time."""
+    if is_own(source) and source.sun_threshold:
+        record[SUN], source.sun_threshold = source.sun_threshold, 0.0
 
 
 def check_world(world: bpy.types.World) -> None:
@@ -100,6 +108,7 @@ _KINDS: dict[str, type | tuple[type, ...]] = {
     "cutoff": (int, float),
     REPAINTED: str,
     SOURCE: str,
+    SUN: (int, float),
 }
 
 
@@ -251,6 +260,9 @@ def remove_light(world: bpy.types.World) -> bool:
     """Remove light, record, drivers and keyframes from a world; True if there was any. An added Mapping node stays."""
     remove_drivers(world)
     _remove_keyframes(world)
+    source, threshold = source_of(world), read_record(world).get(SUN)
+    if threshold and is_own(source):
+        source.sun_threshold = threshold
     present = [name for name in (*LIGHT, *DRIVEN, RECORD) if name in world]
     for name in present:
         del world[name]

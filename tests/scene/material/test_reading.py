@@ -46,6 +46,8 @@ def bsdf(nodes, colour, kind="Diffuse"):
     node = nodes.new(f"ShaderNodeBsdf{kind}")
     entry = node.inputs.get("Base Color") or node.inputs["Color"]
     entry.default_value = colour
+    if kind == "Principled":
+        node.inputs["Specular IOR Level"].default_value = 0.0
     return node.outputs[0]
 
 
@@ -94,8 +96,7 @@ CASES = {
     "uneven mix": (lambda n, k: mix(n, k, bsdf(n, RED), bsdf(n, BLUE, "Principled"), 0.25), (0.75, 0, 0.25)),
     "mix of one": (lambda n, k: mix(n, k, bsdf(n, RED), bsdf(n, BLUE), 1.0), (0, 0, 1)),
     "sum": (lambda n, k: add(n, k, bsdf(n, RED), bsdf(n, (0, 0.25, 0, 1))), (1, 0.25, 0)),
-    "with transparent": (lambda n, k: mix(n, k, bsdf(n, GREEN), bsdf(n, RED, "Transparent"), 0.7), (0, 1, 0)),
-    "gloss": (lambda n, k: bsdf(n, GREEN, "Glass"), (0, 1, 0)),
+    "translucent": (lambda n, k: bsdf(n, GREEN, "Translucent"), (0, 1, 0)),
     "fed and constant": (lambda n, k: mix(n, k, fed(n, k, (0.2, 0.4, 0.8)), bsdf(n, RED)), (0.6, 0.2, 0.4)),
     "sum of fed": (lambda n, k: add(n, k, fed(n, k, (0.2, 0.4, 0.8)), bsdf(n, (0.1, 0.1, 0.1, 1))), (0.3, 0.5, 0.9)),
 }
@@ -107,6 +108,15 @@ def test_surface_and_bounce_agree(blender, both, case):
     shown, bounced = both(material_of(blender, build))
     np.testing.assert_allclose(shown, colour, atol=5e-3)
     np.testing.assert_allclose(bounced, colour, atol=5e-3)
+
+
+def test_transparent_shows_what_is_behind(blender, both):
+    """Light bounces off what is opaque as if all were."""
+    material = material_of(blender, lambda n, k: mix(n, k, bsdf(n, GREEN), bsdf(n, (1, 0, 0, 1), "Transparent"), 0.7))
+    material.surface_render_method = "BLENDED"
+    shown, bounced = both(material)
+    np.testing.assert_allclose(shown, (0, 0.3, 0), atol=1e-2)  # the film is transparent
+    np.testing.assert_allclose(bounced, (0, 1, 0), atol=5e-3)
 
 
 @pytest.mark.parametrize("inner", ["constant", "fed", "nested", "through the group"])

@@ -20,7 +20,7 @@ def test_light_is_the_pictures(blender, part, scene, stage):
     wanted = part("equirect_projection").project_equirect(pixels, interpolated=True)
     np.testing.assert_allclose(light.read_light(world), wanted, rtol=1e-5, atol=1e-5)
     blender.context.view_layer.update()
-    assert world["prt_strength"] == 3.0
+    assert list(world["prt_strength"]) == [3.0, 3.0, 3.0, 1.0]
 
 
 @pytest.mark.parametrize("vector_type", ["POINT", "VECTOR", "NORMAL", "TEXTURE"])
@@ -45,7 +45,7 @@ def test_drivers_need_no_python(blender, part, scene, stage):
     world, _ = stage.environment(stage.picture("Six", stage.six_coloured_sky(16)))
     blender.ops.prt.project_light()
     drivers = world.animation_data.drivers
-    assert len(drivers) == 10
+    assert len(drivers) == 12
     assert all(curve.driver.is_simple_expression and curve.driver.is_valid for curve in drivers)
 
 
