@@ -143,7 +143,7 @@ def test_broken_files_leave_everything_as_it_was(blender, part, scene, stage, ba
     before = state()
     with pytest.raises(RuntimeError, match=message):
         blender.ops.prt.import_games202(directory=str(tmp_path))
-    assert state() == before and len(scene.world.animation_data.drivers) == 10
+    assert state() == before and len(scene.world.animation_data.drivers) == 12
 
 
 def test_transport_of_an_object_that_may_move(blender, part, scene, stage, tmp_path):

@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Relit surfaces are the person's own, whole: gloss, alpha, glow and lamps, each against Cycles, which shares no shader with us.
+
+The sky holds nothing beyond order 2, so that nine coefficients lose none of it. A ball hovers over a floor: it is lit by the
+sky, shadows the floor, and mirrors both.
+"""
+
+from math import radians
+
+import numpy as np
+import pytest
+
+RESOLUTION = 48
+GOLD = (0.9, 0.6, 0.2, 1.0)
+
+
+@pytest.fixture
+def over_a_floor(blender, stage):
+    """Put a ball of a material over a white floor, seen from aslant."""
+
+    def put(material):
+        stage.environment(stage.picture("Six", stage.six_coloured_sky()), 0.5)
+        ball = stage.object_of("Ball", stage.icosphere(4), material, (0.0, 0.0, 1.3))
+        stage.object_of("Floor", stage.grid(40, 3.0), stage.diffuse("White", (0.8, 0.8, 0.8)))
+        stage.top_camera(5.0, RESOLUTION)
+        camera = blender.context.scene.camera
+        camera.location, camera.rotation_euler = (0.0, -8.0, 6.0), (radians(57.0), 0.0, 0.0)
+        return ball
+
+    return put
+
+
+@pytest.fixture
+def compared(blender, stage, tmp_path):
+    """Bake, and compare EEVEE's picture with Cycles': relative RMS, and by how much EEVEE's is brighter."""
+
+    def compare():
+        scene = blender.context.scene
+        scene.cycles.max_bounces = 6
+        assert blender.ops.prt.bake(mode="INTERREFLECTED", bounces=5, samples=256) == {"FINISHED"}
+        truth = stage.render(tmp_path / "truth.exr", "CYCLES", 64)
+        shown = stage.render(tmp_path / "shown.exr")
+        there = np.minimum(truth[..., 3], shown[..., 3]) > 0.99
+        truth, shown = truth[there][:, :3], shown[there][:, :3]
+        return np.sqrt(((shown - truth) ** 2).mean() / (truth**2).mean()), shown.mean() / truth.mean()
+
+    return compare
+
+
+def principled(blender, **inputs):
+    """A material of one Principled BSDF."""
+    from headless import use_nodes
+
+    material = blender.data.materials.new("Principled")
+    use_nodes(material)
+    shader = material.node_tree.nodes["Principled BSDF"]
+    shader.inputs["Base Color"].default_value = GOLD
+    for name, value in inputs.items():
+        shader.inputs[name.replace("_", " ")].default_value = value
+    return material
+
+
+def lamp(blender, kind, energy):
+    """A lamp that shines on the ball from the left."""
+    light = blender.data.lights.new("Lamp", kind)
+    light.energy = energy
+    ob = blender.data.objects.new("Lamp", light)
+    ob.location, ob.rotation_euler = (-2.0, -2.0, 4.0), (radians(35.0), 0.0, radians(-45.0))
+    blender.context.scene.collection.objects.link(ob)
+    return ob
+
+
+SURFACES = {
+    "plastic": ({"Roughness": 0.4}, 0.05),
+    "metal": ({"Roughness": 0.6, "Metallic": 1.0}, 0.12),
+    "half a metal": ({"Roughness": 0.6, "Metallic": 0.5}, 0.1),
+    "coat": ({"Roughness": 0.6, "Coat_Weight": 1.0}, 0.06),
+    "glow": ({"Emission_Strength": 0.3, "Emission_Color": (0.2, 0.6, 1.0, 1.0)}, 0.08),
+    "no gloss": ({"Specular_IOR_Level": 0.0}, 0.04),
+}
+
+
+@pytest.mark.parametrize("surface", SURFACES)
+def test_surface_agrees_with_cycles(blender, over_a_floor, compared, surface):
+    inputs, most = SURFACES[surface]
+    over_a_floor(principled(blender, **inputs))
+    error, ratio = compared()
+    assert error < most
+    assert abs(ratio - 1.0) < 0.05
+
+
+@pytest.mark.parametrize(("kind", "energy"), [("SUN", 2.0), ("POINT", 300.0), ("AREA", 300.0)])
+def test_lamps_light_relit_surfaces(blender, over_a_floor, compared, kind, energy):
+    """With shadows, and no light of the sky twice."""
+    over_a_floor(principled(blender, Roughness=1.0, Specular_IOR_Level=0.0))
+    lamp(blender, kind, energy).data.use_shadow = True
+    error, ratio = compared()
+    assert error < 0.1
+    assert abs(ratio - 1.0) < 0.05
+
+
+def test_shaders_in_groups_show_alike(blender, part, over_a_floor, stage, tmp_path):
+    """A metal mixed into a group, its roughness fed from outside, as the same metal without a group."""
+    ball = over_a_floor(principled(blender, Metallic=1.0, Roughness=0.6))
+    assert blender.ops.prt.bake(mode="SHADOWED", samples=64) == {"FINISHED"}
+    plain = stage.render(tmp_path / "plain.exr")
+    part("shading").remove_from_material(ball.data.materials[0])
+    ball.data.materials[0] = grouped(blender)
+    part("shading").add_shading([ball])
+    np.testing.assert_allclose(stage.render(tmp_path / "grouped.exr"), plain, atol=2e-2)
+    part("shading").remove_shading(blender.context.scene.objects[:])
+    assert not [tree.name for tree in blender.data.node_groups if "prt_part" in tree]
+
+
+def grouped(blender):
+    """A material of a group that mixes two equal metals."""
+    material = principled(blender)
+    tree = blender.data.node_groups.new("Metals", "ShaderNodeTree")
+    tree.interface.new_socket("How Rough", in_out="INPUT", socket_type="NodeSocketFloat")
+    tree.interface.new_socket("Shader", in_out="OUTPUT", socket_type="NodeSocketShader")
+    entry, mix, output = (tree.nodes.new(kind) for kind in ("NodeGroupInput", "ShaderNodeMixShader", "NodeGroupOutput"))
+    for number in (1, 2):
+        shader = tree.nodes.new("ShaderNodeBsdfPrincipled")
+        shader.inputs["Base Color"].default_value, shader.inputs["Metallic"].default_value = GOLD, 1.0
+        tree.links.new(entry.outputs[0], shader.inputs["Roughness"])
+        tree.links.new(shader.outputs[0], mix.inputs[number])
+    tree.links.new(mix.outputs[0], output.inputs[0])
+    nodes = material.node_tree.nodes
+    group = nodes.new("ShaderNodeGroup")
+    group.node_tree = tree
+    group.inputs["How Rough"].default_value = 0.6
+    material.node_tree.links.new(group.outputs[0], nodes["Material Output"].inputs["Surface"])
+    return material
+
+
+def test_settings_of_shaders_are_followed(blender, part, scene, stage):
+    """Numbers and choices of a Principled BSDF; what is linked anew is rebuilt."""
+    material = principled(blender)
+    ob = stage.object_of("Cube", stage.cube(), material)
+    part("shading").add_shading([ob])
+    tree = material.node_tree
+    own = tree.nodes["Principled BSDF"]
+
+    def copies():
+        return [node for node in tree.nodes if node.get("prt_copy_of") == own.name]
+
+    own.inputs["Roughness"].default_value, own.inputs["Alpha"].default_value = 0.125, 0.75
+    own.distribution = "GGX"
+    blender.context.view_layer.update()
+    assert len(copies()) == 2
+    for copy in copies():
+        assert copy.inputs["Roughness"].default_value == 0.125 and copy.inputs["Alpha"].default_value == 0.75
+    assert [copy.distribution for copy in copies() if copy.bl_idname == own.bl_idname] == ["GGX"]
+    value = tree.nodes.new("ShaderNodeValue")
+    tree.links.new(value.outputs[0], own.inputs["Metallic"])
+    blender.context.view_layer.update()
+    assert all(copy.inputs["Metallic"].links[0].from_node == value for copy in copies())
+
+
+def test_no_light_of_the_sky_leaks_into_a_closed_room(blender, stage, scene, tmp_path):
+    """A lamp that is there, but dark: nothing of EEVEE's own sky is left, neither diffuse nor as gloss."""
+    stage.environment(stage.picture("Constant", np.ones((8, 16, 3))))
+    room = stage.object_of("Room", stage.cube(4.0), principled(blender, Roughness=0.5))
+    room.data.flip_normals()
+    lamp(blender, "POINT", 0.0).location = (0.0, 0.0, 1.0)
+    stage.top_camera(1.0)
+    scene.camera.location = (0.0, 0.0, 1.5)
+    assert blender.ops.prt.bake(mode="INTERREFLECTED", samples=64) == {"FINISHED"}
+    assert stage.render(tmp_path / "room.exr")[..., :3].max() < 5e-3
+
+
+def test_eevees_own_sun_goes_and_comes_back(blender, stage, scene):
+    """It is in the baked light; Remove gives it back."""
+    world, _ = stage.environment(stage.picture("Constant", np.ones((8, 16, 3))))
+    world.sun_threshold = 7.0
+    stage.object_of("Cube", stage.cube(), stage.diffuse())
+    for _ in range(2):
+        blender.ops.prt.bake(mode="UNSHADOWED")
+        assert world.sun_threshold == 0.0
+    blender.ops.prt.remove()
+    assert world.sun_threshold == 7.0
