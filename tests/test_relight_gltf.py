@@ -36,12 +36,13 @@ def nearest(points, positions):
 
 
 def principled(blender):
-    """A material whose colour the exporter knows."""
+    """A material whose colour the exporter knows; without gloss, which it does not export."""
     from headless import use_nodes
 
     material = blender.data.materials.new("Clay")
     use_nodes(material)
-    material.node_tree.nodes["Principled BSDF"].inputs["Base Color"].default_value = (*COLOUR, 1.0)
+    inputs = material.node_tree.nodes["Principled BSDF"].inputs
+    inputs["Base Color"].default_value, inputs["Specular IOR Level"].default_value = (*COLOUR, 1.0), 0.0
     return material
 
 

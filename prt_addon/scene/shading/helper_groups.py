@@ -60,10 +60,17 @@ def principled_group() -> bpy.types.NodeTree:
 def _group(
     name: str, inputs: _Kinds, outputs: _Kinds, build: Callable[[Graph, _Sockets], _Sockets]
 ) -> bpy.types.NodeTree:
-    """The group of a name, built on first use and shared by all materials. Marked as a part, it goes with its last user."""
-    for tree in bpy.data.node_groups:
-        if tree.get(PART) == name and tree.get(_VERSION) == _CURRENT and is_own(tree):
-            return tree
+    """The group of a name, built on first use and shared by all materials. Marked as a part, it goes with its last user.
+
+    It takes the place of copies of itself, which appended materials bring along.
+    """
+    own = [tree for tree in bpy.data.node_groups if tree.get(PART) == name and _VERSION in tree and is_own(tree)]
+    current = [tree for tree in own if tree[_VERSION] == _CURRENT]
+    if current:
+        for copy in current[1:]:
+            copy.user_remap(current[0])
+            bpy.data.node_groups.remove(copy)
+        return current[0]
     tree = bpy.data.node_groups.new(name, "ShaderNodeTree")
     tree[PART], tree[_VERSION] = name, _CURRENT
     for sockets, side in ((inputs, "INPUT"), (outputs, "OUTPUT")):
