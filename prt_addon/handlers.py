@@ -17,6 +17,7 @@ from bpy.app.handlers import persistent
 
 from . import glances
 from .core.errors import PRTError
+from .scene.blender.libraries import is_own
 from .scene.light.drivers import drivers_work
 from .scene.light.light import (
     has_light,
@@ -32,6 +33,7 @@ from .scene.mesh.carrier import put_away, transport_mesh
 from .scene.mesh.layers import is_baked
 from .scene.shading.probe import is_probe
 from .scene.shading.shading import follow_group, follow_surface
+from .scene.shading.surface_nodes import lamps_shine
 from .scene.sky.projection import Windowing, project
 from .scene.sky.sky import lighting_world, objects_seen, read_world
 from .session import session
@@ -52,15 +54,26 @@ def _on_edit(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
         glances.forget()
     if session.projecting:
         return
-    for ident in changed:
-        if isinstance(ident, bpy.types.Material):
-            follow_surface(ident)
-        elif isinstance(ident, bpy.types.NodeTree) and PART not in ident:
-            follow_group(ident)
-        elif isinstance(ident, bpy.types.Image) and has_light(scene.world):
-            note_repainted(scene.world, ident)
-    if _touches_sky(scene, changed):
+    touches_sky = _touches_sky(scene, changed)
+    groups = [ident for ident in changed if isinstance(ident, bpy.types.NodeTree) and PART not in ident]
+    for material in [ident for ident in changed if isinstance(ident, bpy.types.Material)]:
+        follow_surface(material)  # which may remove node groups of ours that were changed, too
+    for group in groups:
+        follow_group(group)
+    for image in [ident for ident in changed if isinstance(ident, bpy.types.Image)] if has_light(scene.world) else ():
+        note_repainted(scene.world, image)
+    _follow_lamps()
+    if touches_sky:
         _follow_sky(scene, depsgraph)
+
+
+def _follow_lamps() -> None:
+    """The first lamp of a file, or no lamp any more: surfaces are relit with their light, or without."""
+    before, session.lamps = session.lamps, lamps_shine()
+    if session.lamps == before:
+        return
+    for material in filter(is_own, bpy.data.materials):
+        follow_surface(material)
 
 
 @persistent

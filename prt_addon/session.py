@@ -34,6 +34,7 @@ class Session:
     icons: the small picture of the light; `icon_shows` is the digest of the light in it.
     sky_icons: small pictures of the skies that Blender ships.
     shapes_changed: whether an object was moved or its mesh edited since a scene was read for a bake.
+    lamps: whether there were lamps when surfaces were last looked at; None if they were not.
     projecting: whether a world is being projected, so that what that changes is no edit.
     """
 
@@ -51,11 +52,12 @@ class Session:
     icon_shows: bytes = b""
     sky_icons: bpy.utils.previews.ImagePreviewCollection | None = None
     shapes_changed: bool = False
+    lamps: bool | None = None
     projecting: bool = False
 
     def forget_file(self) -> None:
         """Another file is open: nothing that was looked up holds any more, nor can anything be brought back."""
-        self.before = None
+        self.before = self.lamps = None
         for known in (self.notices, self.checked, self.stale, self.glances, self.outdated, self.sky_energies):
             known.clear()
 

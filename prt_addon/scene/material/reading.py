@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A material read once: the colour that its surface shows under diffuse light, and that light takes on where it bounces off.
+"""A material read once: whether its surface can be relit, and the colour that light takes on where it bounces off.
 
-Both take the same reading, so that they cannot disagree. The colours of shaders are read from their inputs, mixed as the
+The colours of shaders are read from their inputs, mixed as the
 material mixes the shaders, through groups, reroutes and whatever is muted.
 
-Transport is diffuse and opaque. A metal shows its base colour as if it were matte, gloss and glass likewise. A Transparent
+Transport is diffuse and opaque. A metal bounces its base colour as if it were matte, gloss and glass likewise. A Transparent
 BSDF takes no part: what is mixed with it counts as whole. Light that materials emit is no colour: black.
 """
 

@@ -55,9 +55,14 @@ def follow_numbers(tree: bpy.types.NodeTree) -> None:
             _take_over(part, original)
 
 
+def lamps_shine() -> bool:
+    """Whether there are lamps in the file: where there are none, their light takes no node, and EEVEE no time."""
+    return any(light.users for light in bpy.data.lights)
+
+
 def structure(output: bpy.types.Node) -> str:
-    """Different for surfaces that take different nodes or links: their shaders, and what feeds each of their inputs."""
-    wiring, found, pending, seen = Wiring(), [], [output], set[int]()
+    """Different for surfaces that take different nodes or links: their shaders, what feeds each of their inputs, and lamps."""
+    wiring, found, pending, seen = Wiring(), [f"lamps {lamps_shine()}"], [output], set[int]()
     while pending:
         node = pending.pop()
         if node.as_pointer() in seen:
@@ -177,8 +182,10 @@ class _Builder:
         if source:
             self.tree.links.new(source, entry)
 
-    def lamps(self, node: bpy.types.Node) -> bpy.types.NodeSocket:
+    def lamps(self, node: bpy.types.Node) -> bpy.types.NodeSocket | None:
         """The light of lamps at a shader's own normal: one part for all that share it, as each takes EEVEE as long as a surface."""
+        if not lamps_shine():
+            return None
         entry = node.inputs.get("Normal")
         normal = self.wiring.source(entry) if entry else None
         key = normal.as_pointer() if normal else 0

@@ -157,6 +157,25 @@ def test_settings_of_shaders_are_followed(blender, part, scene, stage):
     assert all(copy.inputs["Metallic"].links[0].from_node == value for copy in copies())
 
 
+def test_the_first_lamp_is_followed(blender, part, scene, stage):
+    """Where there are no lamps, their light takes no node, and EEVEE no time."""
+    material = principled(blender)
+    ob = stage.object_of("Cube", stage.cube(), material)
+    part("shading").add_shading([ob])
+
+    def asks_for_lamps():
+        groups = [node.node_tree for node in material.node_tree.nodes if node.bl_idname == "ShaderNodeGroup"]
+        return any(tree.get("prt_part") == "PRT Lamps" for tree in groups)
+
+    assert not asks_for_lamps()
+    light = lamp(blender, "POINT", 10.0)
+    blender.context.view_layer.update()
+    assert asks_for_lamps()
+    blender.data.objects.remove(light)
+    blender.context.view_layer.update()
+    assert not asks_for_lamps()
+
+
 def test_no_light_of_the_sky_leaks_into_a_closed_room(blender, stage, scene, tmp_path):
     """A lamp that is there, but dark: nothing of EEVEE's own sky is left, neither diffuse nor as gloss."""
     stage.environment(stage.picture("Constant", np.ones((8, 16, 3))))
