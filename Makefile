@@ -49,7 +49,7 @@ torture: $(VENV)/.ready
 farm: $(VENV)/.ready
 	cd tests && ../tools/farm/slurm.sh ../$(VENV)/bin/python -m pytest farm/test_slurm.py
 
-bench: $(VENV)/.bench
+bench: build/.web $(VENV)/.bench
 	$(VENV)/bin/python tools/bench --page docs/benchmark.md
 
 gallery: $(VENV)/.ready

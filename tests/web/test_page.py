@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from tests.core.references import axis_angle, order2
+from tests.web.conftest import matte
 from tests.web.pages import ReadPage
 from tests.web.views import HEIGHT, WIDTH, eevee, relative_rms
 
@@ -117,6 +118,27 @@ def test_the_screen_shows_what_blender_shows(blender, stage, scene_of_all, brows
     assert difference.mean() < 2.5 and np.median(difference) <= 1.0
 
 
+def test_what_is_clear_is_blended_before_the_view_transform(blender, scene, stage, browser, tmp_path):
+    """A black box that is half clear before a grey sky: each side halves the light, and not the number on the screen."""
+    stage.environment(stage.picture("Grey", np.full((16, 32, 3), 0.6, dtype=np.float32)), mapping=False)
+    pane = matte(blender, stage, "Pane", (0.0, 0.0, 0.0))
+    pane.node_tree.nodes["Principled BSDF"].inputs["Alpha"].default_value = 0.5
+    stage.object_of("Pane", stage.cube(), pane)
+    blender.ops.prt.bake(mode="UNSHADOWED")
+    scene.view_settings.view_transform = "Standard"
+    path, picture = tmp_path / "page.html", tmp_path / "screen.png"
+    blender.ops.prt.export_web_page(filepath=str(path), still=False)
+    hide = "document.getElementById('panel').style.display = 'none'"
+    browser.open(path, [hide, FADED_IN, {"picture": str(picture)}], WIDTH, HEIGHT)
+    from PIL import Image
+
+    shown = np.asarray(Image.open(picture).convert("RGB")).reshape(-1, 3)
+    levels = {round(255 * (1.055 * light ** (1 / 2.4) - 0.055)) for light in (0.6, 0.3, 0.15)}
+    found, count = np.unique(shown, axis=0, return_counts=True)
+    common = {int(rgb[0]) for rgb in found[count > 0.02 * len(shown)]}
+    assert len(common) > 1 and all(min(abs(one - level) for level in levels) <= 1 for one in common)
+
+
 def test_hands_on_the_scene(page, browser):
     """Dragging looks around, shift and drag turns the sky, keys do both; a double click goes back."""
     place = "prt.orbit.position"
@@ -143,6 +165,24 @@ def test_hands_on_the_scene(page, browser):
     np.testing.assert_allclose(still, moved)
     assert shading == "unshadowed"
     np.testing.assert_allclose(back, first, atol=1e-9)
+
+
+def test_movements_of_the_camera_only_draw(page, browser):
+    """The light of vertices is summed and sent to the graphics card when the sky turns or is another, and only then."""
+    counted = "(() => { window.sent = 0; const to = WebGL2RenderingContext.prototype, send = to.bufferData;"
+    counted += " to.bufferData = function (...all) { window.sent++; send.apply(this, all); }; })()"
+    steps = [counted]
+    for change in ("prt.orbit.turn(0.1, 0.1)", "prt.exposure = 1", "prt.turn = 0.5", "prt.shading = 'unshadowed'"):
+        steps += [f"(() => {{ window.sent = 0; {change}; prt.draw(); }})()", "window.sent"]
+    assert browser.open(page, steps)[2::2] == [0, 0, 3, 3]
+
+
+def test_what_rests_is_drawn_finely(page, browser):
+    """However coarsely it is drawn while it moves, where there is no graphics card."""
+    moved = "new Promise((done) => { prt.orbit.turn(0.1, 0); prt.addEventListener('change', () => done(canvas.width), { once: true });"
+    moved += " prt.redraw(); })"
+    coarse, _, fine = browser.open(page, [moved, FADED_IN, "canvas.width"])
+    assert coarse < WIDTH == fine
 
 
 def hdr(sky):

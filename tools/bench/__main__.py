@@ -43,6 +43,7 @@ def whole() -> Iterator[Experiment]:
     yield "previews", lambda: run.previews("INTERREFLECTED", 100_000, 256, 3)
     for size in (10_000, 100_000, 1_000_000):
         yield f"first_picture {size}", lambda size=size: run.first_picture(size, 3 if size < 1_000_000 else 1)
+    yield "page_frames", lambda: run.page_frames(100_000)
 
 
 def quick() -> Iterator[Experiment]:

@@ -266,3 +266,10 @@ def first_picture(receivers: int, turns: int) -> Result:
 
     first, last = (float(np.median(column)) for column in zip(*(press() for _ in range(turns)), strict=True))
     return {"receivers": receivers, "samples": settings.samples, "first": first, "last": last}
+
+
+def page_frames(vertices: int) -> Result:
+    """Frames of an exported page in a browser that draws by software; see `pages`."""
+    import pages
+
+    return pages.page_frames(vertices)

@@ -8,4 +8,5 @@ export * from "./radiance.js";
 export * from "./shading.js";
 export * from "./sky.js";
 export * from "./turn.js";
+export * from "./vertex_light.js";
 export * from "./view.js";

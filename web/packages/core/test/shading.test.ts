@@ -3,7 +3,7 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { lightOf, shown, standard, TABLE_TOP, tableCoordinate } from "../src/index.js";
+import { aboutZ, applied, lightOf, shown, standard, sumTransport, sumUnshadowed, TABLE_TOP, tableCoordinate, unshadowed, type Vector3, withoutNegatives } from "../src/index.js";
 import { golden, near } from "./golden.js";
 
 const numbers = golden<{
@@ -13,6 +13,22 @@ const numbers = golden<{
 test("sums of transport and light, without negative channels", () => {
   const light = lightOf(numbers.light);
   numbers.transport.forEach((rows, k) => near(shown(rows.flat(), light), numbers.shown[k]!, 1e-12));
+});
+
+test("the light of whole meshes is that of their vertices, whatever their layers are scaled by", () => {
+  const light = lightOf(numbers.light), scales = [0.5, 2, 4, 8, 0.25, 1, 16, 32, 64], out = new Float32Array(3 * numbers.transport.length);
+  sumTransport(numbers.transport.flatMap((rows) => rows.flatMap((rgb, i) => rgb.map((value) => value / scales[i]!))), scales, light, out);
+  numbers.shown.forEach((wanted, k) => near(withoutNegatives([...out.subarray(3 * k, 3 * k + 3)] as unknown as Vector3), wanted, 1e-6));
+});
+
+test("without transport it is that of their normals, which are turned and may have any length", () => {
+  const light = lightOf(numbers.light), normals: Vector3[] = [[0, 0, 3], [0.6, 0.8, 0], [-0.1, -0.1, 0.2]], turn = aboutZ(0.7);
+  const out = new Float32Array(9);
+  sumUnshadowed(normals.flat(), turn, light, out);
+  normals.forEach((normal, k) => {
+    const length = Math.hypot(...normal), unit = applied(turn, normal).map((value) => value / length) as unknown as Vector3;
+    near(out.subarray(3 * k, 3 * k + 3), unshadowed(light, unit), 1e-6);
+  });
 });
 
 test("the view transform Standard", () => near(numbers.linear.map(standard), numbers.srgb, 1e-12));

@@ -18,7 +18,7 @@ declare global {
 
 async function open(): Promise<Viewer> {
   const page = description(), canvas = document.getElementById("canvas") as HTMLCanvasElement;
-  const gl = canvas.getContext("webgl2", { antialias: true, alpha: false, powerPreference: "high-performance" });
+  const gl = canvas.getContext("webgl2", { antialias: false, alpha: false, depth: false, powerPreference: "high-performance" });
   if (!gl) throw new Error("This browser has no WebGL 2: this is a still picture of the scene.");
   if (!("DecompressionStream" in window)) throw new Error("This browser is too old to unpack the scene: this is a still picture of it.");
   const parts = 2 + page.skies.length;

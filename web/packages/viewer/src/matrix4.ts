@@ -49,12 +49,12 @@ export function isMirrored(m: Matrix4): boolean {
   return a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g) < 0;
 }
 
-/** Transposed inverse of the linear part, but for its scale: what normals are turned by. Column by column. */
-export function normalMatrix(m: Matrix4): Float32Array {
+/** Transposed inverse of the linear part, but for its scale: what normals are turned by. */
+export function normalMatrix(m: Matrix4): Matrix3 {
   const [a, b, c, d, e, f, g, h, i] = linearPart(m), sign = isMirrored(m) ? -1 : 1;
-  return Float32Array.of(
-    e * i - f * h, c * h - b * i, b * f - c * e,
-    f * g - d * i, a * i - c * g, c * d - a * f,
-    d * h - e * g, b * g - a * h, a * e - b * d,
-  ).map((value) => sign * value);
+  return [
+    sign * (e * i - f * h), sign * (f * g - d * i), sign * (d * h - e * g),
+    sign * (c * h - b * i), sign * (a * i - c * g), sign * (b * g - a * h),
+    sign * (b * f - c * e), sign * (c * d - a * f), sign * (a * e - b * d),
+  ];
 }

@@ -39,7 +39,7 @@ export interface Mesh {
   readonly name: string;
   readonly vertices: number;
   readonly positions: Float32Array;
-  readonly normals: Float32Array | null;
+  readonly normals: Float32Array;
   readonly coordinates: readonly (Float32Array | null)[];
   readonly triangles: Uint32Array;
   readonly transport: Transport | null;
@@ -163,7 +163,7 @@ class Reader {
     const packed = primitive.extras?.prt_relight;
     return {
       name, vertices, positions, material,
-      normals: given("NORMAL"),
+      normals: given("NORMAL") ?? new Float32Array(3 * vertices),
       coordinates: [given("TEXCOORD_0"), given("TEXCOORD_1")],
       triangles: primitive.indices === undefined
         ? Uint32Array.from({ length: vertices }, (_, k) => k)

@@ -4,6 +4,7 @@
 import { aboutZ, multiplied } from "@prt-relight/core";
 import type { Model } from "./model.js";
 import { Orbit } from "./orbit.js";
+import { FINEST, Pace, type Quality } from "./pace.js";
 import type { Description } from "./page.js";
 import { Renderer, type Frame, type Shading } from "./renderer.js";
 import type { Sky } from "./sky.js";
@@ -14,6 +15,8 @@ export interface View {
   readonly table: Uint8Array | null;
 }
 
+const REST = 200; // milliseconds without a change, after which the scene is drawn finely
+
 export class Viewer extends EventTarget {
   readonly orbit: Orbit;
   readonly skies: Sky[];
@@ -23,7 +26,9 @@ export class Viewer extends EventTarget {
   private stops: number;
   private shown: Shading = "baked";
   private through: number;
+  private readonly pace: Pace;
   private waiting = false;
+  private resting = 0;
   private hidden = 0;
 
   constructor(
@@ -40,6 +45,7 @@ export class Viewer extends EventTarget {
     this.through = page.view;
     this.orbit = new Orbit(model, page.camera);
     this.renderer = new Renderer(gl, model);
+    this.pace = new Pace(/swiftshader|llvmpipe|software|basic render/i.test(rendererOf(gl)));
     canvas.addEventListener("webglcontextlost", (event) => {
       event.preventDefault();
       this.renderer = null;
@@ -80,23 +86,33 @@ export class Viewer extends EventTarget {
     this.sky = this.skies.length - 1;
   }
 
-  /** Draws with the next frame of the screen, and tells listeners of `change`. */
+  /** Draws with the next frame of the screen, as finely as the machine keeps up with, and tells listeners of `change`. */
   redraw(): void {
     if (this.waiting) return;
     this.waiting = true;
-    requestAnimationFrame(() => {
+    clearTimeout(this.resting);
+    requestAnimationFrame((begun) => {
       this.waiting = false;
-      this.draw();
+      const quality = this.pace.moving;
+      this.drawIn(quality);
       this.dispatchEvent(new Event("change"));
+      requestAnimationFrame((ended) => {
+        this.pace.note(ended - begun);
+        if (quality !== FINEST && !this.waiting) this.resting = window.setTimeout(() => this.draw(), REST);
+      });
     });
   }
 
-  /** Draws now. */
+  /** Draws now, finely. */
   draw(): void {
-    const { canvas } = this, ratio = Math.min(window.devicePixelRatio || 1, 2);
+    this.drawIn(FINEST);
+  }
+
+  private drawIn(quality: Quality): void {
+    const { canvas } = this, ratio = Math.min(window.devicePixelRatio || 1, 2) * quality.scale;
     const width = Math.max(1, Math.round(canvas.clientWidth * ratio)), height = Math.max(1, Math.round(canvas.clientHeight * ratio));
     if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
-    this.renderer?.draw(this.frame, this.orbit, this.covered);
+    this.renderer?.draw(this.frame, this.orbit, this.covered, quality);
   }
 
   /** Linear light without the sky: four floats a pixel, the lowest row first. */
@@ -115,4 +131,10 @@ export class Viewer extends EventTarget {
       table: this.views[this.through]!.table,
     };
   }
+}
+
+/** What the browser says that it draws with. */
+function rendererOf(gl: WebGL2RenderingContext): string {
+  const info = gl.getExtension("WEBGL_debug_renderer_info");
+  return String(gl.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
 }
