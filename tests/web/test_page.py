@@ -64,6 +64,39 @@ def test_a_turn_of_the_sky_is_blenders(blender, stage, scene_of_all, page, brows
     assert relative_rms(shown[seen], wanted[seen]) < 0.03
 
 
+def test_an_orthographic_cameras_pixels_are_eevees(blender, stage, scene_of_all, browser, tmp_path):
+    """What it frames, too: its scale is the longer side of the picture."""
+    camera = scene_of_all.camera.data
+    camera.type, camera.ortho_scale = "ORTHO", 5.0
+    path = tmp_path / "page.html"
+    blender.ops.prt.export_web_page(filepath=str(path), still=False)
+    ours = radiance_of(browser.open(path, [f"prt.radiance({WIDTH}, {HEIGHT})"])[0])
+    wanted = eevee(stage, scene_of_all, tmp_path / "eevee.exr")
+    seen = (wanted[..., 3] > 0.999) & (ours[..., 3] > 0.999)
+    assert seen.mean() > 0.3 and ((wanted[..., 3] > 0.5) != (ours[..., 3] > 0.5)).mean() < 0.01
+    assert relative_rms(ours[seen], wanted[seen]) < 0.03
+
+
+def test_the_sky_turns_about_any_axis(page, browser):
+    """By sliders, by dragging, by a finger and by keys: the light turns with what is seen behind."""
+    slid = "(() => { const one = document.getElementById('tilt'); one.value = 30; one.dispatchEvent(new Event('input')); })()"
+    angles, light = "[prt.turn, prt.tilt, prt.roll]", f"prt.radiance({WIDTH}, {HEIGHT})"
+    dragged = {"drag": {"from": [100, 90], "to": [100, 140], "keys": ["Shift"]}}
+    sky_by_hand = "document.querySelectorAll('#hands input')[1].click()"
+    first, _, slid_to, slid_light, _, dragged_to, place, _, _, by_hand, still = browser.open(
+        page,
+        [light, slid, angles, light, dragged, angles, "prt.orbit.position", sky_by_hand]
+        + [{"drag": {"from": [100, 90], "to": [150, 90]}}, angles, "prt.orbit.position"],
+        1000,
+        600,
+    )
+    np.testing.assert_allclose(slid_to, [0.0, np.radians(30.0), 0.0], atol=1e-9)
+    assert relative_rms(radiance_of(slid_light)[..., :3], radiance_of(first)[..., :3]) > 0.05
+    assert np.abs(np.subtract(dragged_to, slid_to)).max() > 0.1
+    assert by_hand[0] == pytest.approx(dragged_to[0] + 0.3) and by_hand[1:] == pytest.approx(dragged_to[1:])
+    np.testing.assert_allclose(still, place)
+
+
 def test_pixels_are_numpys(blender, scene, stage, browser, tmp_path):
     """A flat box without shadows: each side has one radiance, which its pixels have to 1e-5, the sky turned too."""
     stage.environment(stage.picture("Six", stage.six_coloured_sky(32)), strength=0.4, mapping=False)

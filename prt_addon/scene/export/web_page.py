@@ -39,7 +39,6 @@ VIEWER = Path(__file__).with_name("viewer.html")
 """Built from `web/packages/viewer`."""
 
 _OTHER_SKIES_HEIGHT = 256
-_ORTHOGRAPHIC = 20.0  # frames away that an orthographic camera's stand-in goes
 _GLTF: dict[str, object] = {
     "export_format": "GLB",
     "export_apply": True,
@@ -206,14 +205,13 @@ def _camera(scene: bpy.types.Scene, baked: Sequence[bpy.types.Object]) -> dict[s
     target = place.translation + distance * ahead
     frame = camera.data.view_frame(scene=scene)
     across, up = (0.5 * (max(p[k] for p in frame) - min(p[k] for p in frame)) for k in (0, 1))
-    away = -frame[0].z
-    if camera.data.type == "ORTHO":
-        away = distance = _ORTHOGRAPHIC * max(across, up)
+    orthographic = camera.data.type == "ORTHO"
+    away = distance if orthographic else -frame[0].z
     position = target - distance * ahead
     tangents = [across / away, up / away]
     numbers = [*position, *target, *tangents]
     return (
-        {"position": list(position), "target": list(target), "tangents": tangents}
+        {"position": list(position), "target": list(target), "tangents": tangents, "orthographic": orthographic}
         if all(map(math.isfinite, numbers)) and min(tangents) > 0.0
         else None
     )

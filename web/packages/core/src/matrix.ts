@@ -33,10 +33,19 @@ export function applied(m: Matrix3, v: Vector3): Vector3 {
   ];
 }
 
+/** The rotation about a unit vector by an angle in radians, counterclockwise for those whom it points at (Rodrigues). */
+export function about([x, y, z]: Vector3, angle: number): Matrix3 {
+  const cos = Math.cos(angle), sin = Math.sin(angle), rest = 1 - cos;
+  return [
+    cos + x * x * rest, x * y * rest - z * sin, x * z * rest + y * sin,
+    y * x * rest + z * sin, cos + y * y * rest, y * z * rest - x * sin,
+    z * x * rest - y * sin, z * y * rest + x * sin, cos + z * z * rest,
+  ];
+}
+
 /** The rotation about Blender's Z, upwards, by an angle in radians. */
 export function aboutZ(angle: number): Matrix3 {
-  const cos = Math.cos(angle), sin = Math.sin(angle);
-  return [cos, -sin, 0, sin, cos, 0, 0, 0, 1];
+  return about([0, 0, 1], angle);
 }
 
 /** A matrix with its columns scaled to length 1: the axes of an object in space. */

@@ -25,7 +25,7 @@ export class Backdrop {
     gl.disable(gl.CULL_FACE);
     gl.bindVertexArray(null);
     gl.useProgram(program);
-    gl.uniform3f(uniforms["tangents"]!, ...orbit.seen(aspect, covered), covered);
+    gl.uniform3f(uniforms["tangents"]!, ...orbit.skySeen(aspect, covered), covered);
     gl.uniformMatrix3fv(uniforms["toPicture"]!, true, Float32Array.from(multiplied(turn, orbit.rotation)));
     gl.uniform1f(uniforms["strength"]!, sky.strength);
     gl.uniform1i(uniforms["smoothly"]!, Number(smoothly));

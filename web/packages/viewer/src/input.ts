@@ -14,7 +14,7 @@ export function listen(canvas: HTMLCanvasElement, viewer: Viewer): void {
   canvas.addEventListener("pointerdown", (event) => {
     canvas.setPointerCapture(event.pointerId);
     canvas.focus({ preventScroll: true });
-    const turnsSky = event.shiftKey || event.button === 2, shifts = event.button === 1 || event.ctrlKey || event.metaKey;
+    const turnsSky = (event.shiftKey || event.button === 2) !== (viewer.dragging === "sky"), shifts = event.button === 1 || event.ctrlKey || event.metaKey;
     fingers.set(event.pointerId, { x: event.clientX, y: event.clientY, turnsSky, shifts });
   });
   for (const end of ["pointerup", "pointercancel"] as const) {
@@ -39,14 +39,21 @@ export function listen(canvas: HTMLCanvasElement, viewer: Viewer): void {
     viewer.redraw();
   });
   canvas.addEventListener("keydown", (event) => {
-    if (press(viewer, event.key)) event.preventDefault();
+    if (press(viewer, event)) event.preventDefault();
   });
 }
 
 function drag(viewer: Viewer, finger: Finger, right: number, down: number, height: number): void {
-  if (finger.turnsSky) viewer.turn += TURN * right;
+  if (finger.turnsSky) turnSky(viewer, TURN * right, TURN * down);
   else if (finger.shifts) viewer.orbit.shift(right / height, -down / height);
   else viewer.orbit.turn(-TURN * right, TURN * down);
+}
+
+/** About the upward axis, and about the camera's right. */
+function turnSky(viewer: Viewer, aside: number, forward: number): void {
+  const [x, , , y, , , z] = viewer.orbit.rotation;
+  if (aside) viewer.turnSky([0, 0, 1], aside);
+  if (forward) viewer.turnSky([x, y, z], forward);
 }
 
 interface Point { x: number; y: number }
@@ -62,12 +69,14 @@ function pinch(viewer: Viewer, before: readonly Point[], now: readonly Point[], 
 }
 
 /** True if the key means something. */
-function press(viewer: Viewer, key: string): boolean {
+function press(viewer: Viewer, { key, shiftKey }: KeyboardEvent): boolean {
+  const arrow = (right: number, up: number) => () =>
+    shiftKey ? turnSky(viewer, STEP * right, -STEP * up) : viewer.orbit.turn(STEP * right, STEP * up);
   const actions: Record<string, () => void> = {
-    ArrowLeft: () => viewer.orbit.turn(-STEP, 0),
-    ArrowRight: () => viewer.orbit.turn(STEP, 0),
-    ArrowUp: () => viewer.orbit.turn(0, STEP),
-    ArrowDown: () => viewer.orbit.turn(0, -STEP),
+    ArrowLeft: arrow(-1, 0),
+    ArrowRight: arrow(1, 0),
+    ArrowUp: arrow(0, 1),
+    ArrowDown: arrow(0, -1),
     "+": () => viewer.orbit.zoom(1 / 1.1),
     "-": () => viewer.orbit.zoom(1.1),
     "[": () => (viewer.turn -= STEP),
@@ -76,6 +85,7 @@ function press(viewer: Viewer, key: string): boolean {
     "1": () => (viewer.shading = "baked"),
     "2": () => (viewer.shading = "unshadowed"),
     "3": () => (viewer.shading = "light"),
+    s: () => (viewer.dragging = viewer.dragging === "sky" ? "view" : "sky"),
   };
   actions[key]?.();
   viewer.redraw();

@@ -7,6 +7,7 @@ import type { Model } from "./model.js";
 import type { Camera } from "./page.js";
 
 const STEEPEST = 1.55; // radians above and below the horizon
+const SKY_TANGENT = 0.45; // how widely an orthographic camera sees the sky, of which it should see one point
 
 export class Orbit {
   private azimuth = 0;
@@ -15,10 +16,13 @@ export class Orbit {
   private target: Vector3 = [0, 0, 0];
   private tangents: readonly [number, number] = [0.4, 0.4];
   private readonly size: number;
+  /** Whether it looks everywhere the same way: what is far is as large as what is near. */
+  readonly isOrthographic: boolean;
 
   constructor(private readonly model: Model, private readonly start: Camera | null) {
     const { least, most } = model;
     this.size = Math.hypot(most[0] - least[0], most[1] - least[1], most[2] - least[2]) || 1;
+    this.isOrthographic = start?.orthographic ?? false;
     this.reset();
   }
 
@@ -65,13 +69,18 @@ export class Orbit {
   }
 
   /**
-   * Tangents of half the angles across and up: all that the scene's frame holds, whatever the shape of the window, and
+   * Half of what is seen across and up, over the distance: all that the scene's frame holds, whatever the shape of the window, and
    * above the share of it that is covered from below.
    */
   seen(aspect: number, covered = 0): readonly [number, number] {
     const [across, up] = this.tangents, free = aspect / (1 - covered);
     const width = free >= across / up ? up * free : across;
     return [width, width / aspect];
+  }
+
+  /** The same for the sky. */
+  skySeen(aspect: number, covered: number): readonly [number, number] {
+    return this.isOrthographic ? [SKY_TANGENT, SKY_TANGENT / aspect] : this.seen(aspect, covered);
   }
 
   /** From the world to what WebGL clips. */
@@ -82,18 +91,27 @@ export class Orbit {
       right[0], up[0], back[0], 0, right[1], up[1], back[1], 0, right[2], up[2], back[2], 0,
       along(right), along(up), along(back), 1,
     );
-    const [x, y] = this.seen(aspect, covered), [near, far] = this.depths(eye);
-    const projection = Float64Array.of(
-      1 / x, 0, 0, 0, 0, 1 / y, 0, 0, 0, -covered, (far + near) / (near - far), -1, 0, 0, (2 * far * near) / (near - far), 0,
-    );
-    return product(projection, view);
+    return product(this.isOrthographic ? this.parallel(aspect, covered) : this.perspective(aspect, covered), view);
   }
 
-  /** Between which depths all of the model lies. */
-  private depths(eye: Vector3): [number, number] {
-    const { least, most } = this.model;
-    const away = Math.hypot(...eye.map((value, k) => value - (least[k]! + most[k]!) / 2));
-    return [Math.max(away - 0.6 * this.size, this.size / 1000), away + 0.6 * this.size];
+  private perspective(aspect: number, covered: number): Matrix4 {
+    const [x, y] = this.seen(aspect, covered), [middle, reach] = this.depths();
+    const near = Math.max(middle - reach, this.size / 1000), far = Math.max(middle + reach, 2 * near);
+    return Float64Array.of(
+      1 / x, 0, 0, 0, 0, 1 / y, 0, 0, 0, -covered, (far + near) / (near - far), -1, 0, 0, (2 * far * near) / (near - far), 0,
+    );
+  }
+
+  private parallel(aspect: number, covered: number): Matrix4 {
+    const [x, y] = this.seen(aspect, covered), [middle, reach] = this.depths(), { distance } = this;
+    return Float64Array.of(1 / (x * distance), 0, 0, 0, 0, 1 / (y * distance), 0, 0, 0, 0, -1 / reach, 0, 0, covered, -middle / reach, 1);
+  }
+
+  /** How far ahead the middle of the model is, and how far the model reaches from there. */
+  private depths(): [number, number] {
+    const { least, most } = this.model, eye = this.position, [, , back] = this.axes();
+    const middle = eye.reduce((sum, value, k) => sum + back[k]! * (value - (least[k]! + most[k]!) / 2), 0);
+    return [middle, 0.6 * this.size];
   }
 
   private axes(): [Vector3, Vector3, Vector3] {

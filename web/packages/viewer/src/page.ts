@@ -22,8 +22,10 @@ export interface ViewEntry {
 export interface Camera {
   readonly position: readonly number[];
   readonly target: readonly number[];
-  /** Tangents of half the angles that the frame takes, across and up. */
+  /** Half of what the frame takes, across and up, over the distance: of a lens, the tangents of half its angles. */
   readonly tangents: readonly [number, number];
+  /** Whether it looks everywhere the same way. */
+  readonly orthographic: boolean;
 }
 
 export interface Description {

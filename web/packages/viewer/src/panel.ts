@@ -4,12 +4,17 @@
 import { say } from "./message.js";
 import type { Shading } from "./renderer.js";
 import { openedSky } from "./sky.js";
-import type { Viewer } from "./viewer.js";
+import type { Hands, Viewer } from "./viewer.js";
 
 const SHADINGS: readonly (readonly [Shading, string, string])[] = [
   ["baked", "Baked", "With the shadows and bounces of the bake"],
   ["unshadowed", "Unshadowed", "As without a bake: nothing blocks the sky"],
   ["light", "Light only", "What white surfaces would show"],
+];
+
+const HANDS: readonly (readonly [Hands, string, string])[] = [
+  ["view", "The view", "Dragging looks around; with shift it turns the sky"],
+  ["sky", "The sky", "Dragging turns the sky about any axis; with shift it looks around"],
 ];
 
 const SMALL = matchMedia("(max-width: 620px), (max-height: 460px)");
@@ -20,15 +25,20 @@ export function element<Kind extends HTMLElement = HTMLElement>(id: string): Kin
 
 export function fillPanel(viewer: Viewer, title: string): void {
   element("title").textContent = title;
-  const turn = slider("turn", (value) => (viewer.turn = (value * Math.PI) / 180));
+  const turns = (["turn", "tilt", "roll"] as const).map((name) => {
+    const set = slider(name, (value) => (viewer[name] = (value * Math.PI) / 180));
+    return () => set((180 / Math.PI) * viewer[name], `${Math.round((180 / Math.PI) * viewer[name])}°`);
+  });
   const exposure = slider("exposure", (value) => (viewer.exposure = value));
+  const hands = choice("hands", HANDS.map(([, name, tip]) => [name, tip]), (index) => (viewer.dragging = HANDS[index]![0]));
   const shading = choice("shading", SHADINGS.map(([, name, tip]) => [name, tip]), (index) => (viewer.shading = SHADINGS[index]![0]));
   const view = choice("view", viewer.views.map(({ name, tip }) => [name, tip]), (index) => (viewer.view = index));
   element("view").hidden = viewer.views.length < 2;
   const sky = element<HTMLSelectElement>("sky");
   sky.addEventListener("change", () => (viewer.sky = sky.selectedIndex));
   const show = () => {
-    turn((180 / Math.PI) * viewer.turn, `${Math.round((180 / Math.PI) * viewer.turn)}°`);
+    turns.forEach((one) => one());
+    hands(HANDS.findIndex(([name]) => name === viewer.dragging));
     exposure(viewer.exposure, `${viewer.exposure > 0 ? "+" : viewer.exposure < 0 ? "−" : ""}${Math.abs(viewer.exposure).toFixed(1)}`);
     shading(SHADINGS.findIndex(([name]) => name === viewer.shading));
     view(viewer.view);

@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: MIT
 // The state of the page: which sky, turned how far, seen from where and shown how. Draws when something has changed.
 
-import { aboutZ, multiplied } from "@prt-relight/core";
+import { multiplied, transposed, type Vector3 } from "@prt-relight/core";
 import type { Model } from "./model.js";
 import { Orbit } from "./orbit.js";
 import { FINEST, Pace, type Quality } from "./pace.js";
 import type { Description } from "./page.js";
 import { Renderer, type Frame, type Shading } from "./renderer.js";
 import type { Sky } from "./sky.js";
+import { rotationOf, type SkyTurn, turnedAbout, UNTURNED, wrapped } from "./sky_turn.js";
+
+/** What people turn when they drag. */
+export type Hands = "view" | "sky";
 
 export interface View {
   readonly name: string;
@@ -22,7 +26,8 @@ export class Viewer extends EventTarget {
   readonly skies: Sky[];
   private renderer: Renderer | null = null;
   private chosen = 0;
-  private angle = 0;
+  private skyTurn: SkyTurn = UNTURNED;
+  private hands: Hands = "view";
   private stops: number;
   private shown: Shading = "baked";
   private through: number;
@@ -62,8 +67,23 @@ export class Viewer extends EventTarget {
   set sky(index: number) { this.chosen = index; this.redraw(); }
 
   /** How far the sky is turned about Z, in radians from how it stood in Blender, -pi to pi. */
-  get turn(): number { return this.angle; }
-  set turn(angle: number) { this.angle = angle - 2 * Math.PI * Math.round(angle / (2 * Math.PI)); this.redraw(); }
+  get turn(): number { return this.skyTurn.turn; }
+  set turn(turn: number) { this.setTurn({ turn: wrapped(turn) }); }
+
+  /** How far it is tilted about X before, -pi / 2 to pi / 2. */
+  get tilt(): number { return this.skyTurn.tilt; }
+  set tilt(tilt: number) { this.setTurn({ tilt: Math.min(Math.max(tilt, -Math.PI / 2), Math.PI / 2) }); }
+
+  /** How far it is rolled about Y before that, -pi to pi. */
+  get roll(): number { return this.skyTurn.roll; }
+  set roll(roll: number) { this.setTurn({ roll: wrapped(roll) }); }
+
+  /** Turns the sky further, about a unit vector. */
+  turnSky(axis: Vector3, angle: number): void { this.setTurn(turnedAbout(this.skyTurn, axis, angle)); }
+
+  /** What dragging turns. */
+  get dragging(): Hands { return this.hands; }
+  set dragging(hands: Hands) { this.hands = hands; this.redraw(); }
 
   /** In stops. */
   get exposure(): number { return this.stops; }
@@ -121,11 +141,16 @@ export class Viewer extends EventTarget {
     return this.renderer.radiance(this.frame, this.orbit, width, height);
   }
 
+  private setTurn(change: Partial<SkyTurn>): void {
+    this.skyTurn = { ...this.skyTurn, ...change };
+    this.redraw();
+  }
+
   private get frame(): Frame {
     const sky = this.skies[this.chosen]!;
     return {
       sky,
-      turn: multiplied(sky.turn, aboutZ(-this.angle)),
+      turn: multiplied(sky.turn, transposed(rotationOf(this.skyTurn))),
       exposure: this.stops,
       shading: this.shown,
       table: this.views[this.through]!.table,

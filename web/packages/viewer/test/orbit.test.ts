@@ -8,7 +8,7 @@ import { transformed, type Matrix4 } from "../src/matrix4.js";
 import { Orbit } from "../src/orbit.js";
 
 const MODEL = { instances: [], least: [-1, -1, 0] as Vector3, most: [1, 1, 2] as Vector3 };
-const CAMERA = { position: [3, -8, 4], target: [0, 0, 1], tangents: [0.3, 0.2] as const };
+const CAMERA = { position: [3, -8, 4], target: [0, 0, 1], tangents: [0.3, 0.2] as const, orthographic: false };
 
 function seenAt(clip: Matrix4, [x, y, z]: Vector3): Vector3 {
   const w = clip[3]! * x + clip[7]! * y + clip[11]! * z + clip[15]!;
@@ -71,4 +71,16 @@ test("up is up: right of the camera stays level", () => {
   const orbit = new Orbit(MODEL, CAMERA);
   orbit.turn(2, 0.7);
   assert.ok(Math.abs(orbit.rotation[6]) < 1e-12 && orbit.rotation[7] > 0);
+});
+
+test("an orthographic camera sees what is far as large as what is near, and all of its frame", () => {
+  const orbit = new Orbit(MODEL, { ...CAMERA, orthographic: true }), { rotation } = orbit;
+  const half = 0.3 * Math.hypot(...CAMERA.position.map((value, k) => value - CAMERA.target[k]!));
+  const across = (right: number, back: number) => {
+    const point = CAMERA.target.map((value, k) => value + right * rotation[3 * k]! + back * rotation[3 * k + 2]!);
+    return seenAt(orbit.clip(1.5), point as unknown as Vector3)[0];
+  };
+  for (const back of [-0.5, 0, 0.5]) assert.ok(Math.abs(across(0, back)) < 1e-12 && Math.abs(across(half, back) - 1) < 1e-12);
+  orbit.zoom(2);
+  assert.ok(Math.abs(across(half, 0) - 0.5) < 1e-12);
 });
