@@ -16,17 +16,18 @@ LARGEST_INDEX = 65_535  # of the 16 bits that the course's framework has
 def tools(scene, monkeypatch):
     """The modules of the tool, which can be imported once Blender runs."""
     monkeypatch.syspath_prepend(str(TOOLS))
+    import boxes
     import cube_map
     import figure
 
-    yield cube_map, figure
-    for name in ("cube_map", "figure"):
+    yield cube_map, figure, boxes
+    for name in ("boxes", "cube_map", "figure"):
         sys.modules.pop(name)
 
 
 def test_faces_are_the_sky_they_were_made_of(blender, part, scene, stage, tools, tmp_path):
     """The light of the faces is that of the panorama: none is swapped, turned or mirrored."""
-    cube_map, _ = tools
+    cube_map, *_ = tools
     world, _ = stage.environment(stage.picture("Six", stage.six_coloured_sky() / 8.0))
     blender.ops.prt.project_light()
     expected = part("light").read_light(world)
@@ -53,6 +54,26 @@ def test_files_belong_to_the_figure(blender, stage, tools, tmp_path):
     corner_vertex = np.array([index for face in figure.data.polygons for index in face.vertices])
     on_disc = np.array(below)[corner_vertex]
     assert transport[on_disc, 0].mean() < 0.8 * transport[:, 0].max(), "the skirt shades the disc"
+
+
+def test_boxes_carry_their_colours(blender, stage, tools, tmp_path):
+    """In the .obj, where the page reads them, and in what is baked: the grey floor beside the red box turns red."""
+    stage.environment(stage.picture("White", np.ones((16, 32, 3))))
+    boxes = tools[2].build()
+    mesh = boxes.data
+    blender.ops.wm.obj_export(filepath=str(tmp_path / "boxes.obj"), export_materials=False, export_colors=True)
+    lines = (tmp_path / "boxes.obj").read_text().splitlines()
+    assert len({tuple(line.split()[4:]) for line in lines if line.startswith("v ")}) == 5
+    assert {len(face.vertices) for face in mesh.polygons} == {3}
+    blender.ops.prt.bake(mode="INTERREFLECTED", samples=16)
+    layer = mesh.attributes["_PRT_0"]
+    rgba = np.empty(4 * len(layer.data), dtype=np.float32)
+    layer.data.foreach_get("color", rgba)
+    vertices = [loop.vertex_index for loop in mesh.loops] if layer.domain == "CORNER" else range(len(mesh.vertices))
+    places = np.array([mesh.vertices[index].co for index in vertices])
+    beside = (places[:, 2] == 0.0) & (np.linalg.norm(places[:, :2] - (0.8, -0.4), axis=1) < 0.15)
+    red, green, _, _ = rgba.reshape(-1, 4)[beside].mean(axis=0)
+    assert red > 1.03 * green
 
 
 def test_pictures_of_the_page_are_small():

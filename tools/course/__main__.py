@@ -4,8 +4,8 @@
     python tools/course [--output FOLDER] [--pictures FOLDER]
 
 Writes the cube map, figure.obj, and for each mode light.txt, transport.txt and PRT_<mode>_<cube map>.png into the output
-(build/course), the tables and spheres of rough metal, and the page docs/examples/games202, which shows the figure in a
-browser; the pictures into docs/pictures/course, too.
+(build/course), boxes.obj and its files, the tables and spheres of rough metal, and the pages docs/examples/games202, which
+show all of that in a browser; the pictures into docs/pictures/course, too.
 """
 
 from __future__ import annotations
@@ -19,7 +19,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tools")]
 
-import cube_map  # noqa: E402 - these need the path
+import boxes  # noqa: E402 - these need the path
+import cube_map  # noqa: E402
 import energy  # noqa: E402
 import figure  # noqa: E402
 import frames  # noqa: E402
@@ -49,6 +50,7 @@ def main() -> None:
     headless.enable_extension()
     try:
         made = homework(output) + energy.draw(output)
+        write_boxes(output)
     finally:
         headless.disable_extension()
     shutil.copytree(ROOT / "docs" / "examples" / "games202", output, dirs_exist_ok=True)
@@ -96,6 +98,23 @@ def set_stage(output: Path) -> bpy.types.Scene:
     frames.set_up_render(scene)
     scene.render.resolution_percentage = 100
     return scene
+
+
+def write_boxes(output: Path) -> None:
+    """What the page of reflections shows: boxes.obj, and its transport without bounces, under the same cube map."""
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+    boxes.build()
+    bpy.ops.wm.obj_export(
+        filepath=str(output / "boxes.obj"),
+        export_selected_objects=True,
+        export_materials=False,
+        export_uv=False,
+        export_colors=True,
+    )
+    bpy.ops.prt.import_cubemap(directory=str(output / "cubemap" / SKY))
+    bpy.ops.prt.bake(mode="SHADOWED")
+    (output / "Boxes").mkdir(exist_ok=True)
+    bpy.ops.prt.export_games202(directory=str(output / "Boxes"))
 
 
 def error(scene: bpy.types.Scene, work: Path) -> float:

@@ -23,6 +23,11 @@ const Harmonics = {
     return found;
   },
 
+  /** Light as three `mat3`, one per channel. */
+  byChannel(light) {
+    return [0, 1, 2].flatMap((channel) => light.map((rgb) => rgb[channel]));
+  },
+
   /** M with Y(R d) = M Y(d), of which the columns of S and A are such at some directions: M A = S, so A^T M^T = S^T. */
   _bandMatrix(band, R) {
     const at = (d) => Harmonics.basis(d).slice(band * band, (band + 1) ** 2);

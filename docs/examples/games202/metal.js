@@ -60,9 +60,7 @@ class Metal {
     this._program = linkedProgram(gl, METAL_SHADERS, { aCorner: 0 });
     this._steps = albedo.width;
     this._tables = [albedo, average].map((picture) => this._texture(picture));
-    this._screen = gl.createBuffer();
-    gl.bindBuffer(gl.ARRAY_BUFFER, this._screen);
-    gl.bufferData(gl.ARRAY_BUFFER, new Float32Array([-1, -1, 3, -1, -1, 3]), gl.STATIC_DRAW);
+    this._screen = filledBuffer(gl, WHOLE_PICTURE);
   }
 
   /** Draw into what is bound, five times as wide as high; encoded as screens want it, or linear. */
@@ -80,10 +78,8 @@ class Metal {
     gl.uniform3fv(uniform("uMetal"), this.metal);
     gl.uniform1i(uniform("uCourse"), this.course ? 1 : 0);
     gl.uniform1i(uniform("uEncoded"), encoded ? 1 : 0);
-    gl.bindBuffer(gl.ARRAY_BUFFER, this._screen);
-    gl.enableVertexAttribArray(0);
-    gl.vertexAttribPointer(0, 2, gl.FLOAT, false, 0, 0);
-    gl.drawArrays(gl.TRIANGLES, 0, 3);
+    feed(gl, this._screen, 0, 2);
+    drawFed(gl, 3, 1);
   }
 
   _texture(picture) {
