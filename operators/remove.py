@@ -6,17 +6,18 @@ from __future__ import annotations
 import bpy
 
 from ..prt_addon.scene.bake import choose, removal
+from ..prt_addon.scene.blender.libraries import is_own
 from ..prt_addon.scene.blender.modes import object_mode
 from ..prt_addon.scene.light import light
 from ..prt_addon.scene.mesh import carrier, layers, temporary_layer
 from ..prt_addon.scene.report import compare, report
-from ..prt_addon.scene.shading import probe, shading
+from ..prt_addon.scene.shading import probe, reflections, shading
 from .job import WhenIdle
 from .reporting import reports_errors
 
 
 class PRT_OT_remove(WhenIdle, bpy.types.Operator):
-    """Remove transport and shading from the selected meshes (all of the scene if none is selected), and with the last of them the SH light, probes and reports"""
+    """Remove transport and shading from the selected meshes (all of the scene if none is selected), and with the last of them the SH light, reflections, probes and reports"""
 
     bl_idname = "prt.remove"
     bl_label = "Remove PRT"
@@ -35,6 +36,8 @@ class PRT_OT_remove(WhenIdle, bpy.types.Operator):
         if not any(mesh.users and layers.is_baked(mesh) and not probe.is_probe(mesh) for mesh in bpy.data.meshes):
             probe.remove_probes()
             light.remove_lights()
+            for scene in filter(is_own, bpy.data.scenes):
+                reflections.switch_off(scene)
             report.forget_all()
             compare.remove_difference()
         self.report({"INFO"}, _said(len(removed), restored))

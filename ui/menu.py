@@ -26,6 +26,8 @@ GROUPS = (
     (
         ("prt.add_shading", "ADD"),
         ("prt.remove_shading", "REMOVE"),
+        ("prt.add_reflections", "MOD_MIRROR"),
+        ("prt.remove_reflections", "X"),
         ("prt.freeze", "FREEZE"),
     ),
     (

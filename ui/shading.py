@@ -6,13 +6,14 @@ from __future__ import annotations
 import bpy
 
 from ..prt_addon.scene.bake import freshness
+from ..prt_addon.scene.shading import reflections
 from .tab import Tab, draw_text
 
 _WITHOUT_LIGHT = {"WIREFRAME", "SOLID"}
 
 
 class PRT_PT_shading(Tab, bpy.types.Panel):
-    """Hooking the relit surface into materials, and removing it"""
+    """Hooking the relit surface into materials, and removing it; EEVEE's reflections"""
 
     bl_idname = "PRT_PT_shading"
     bl_parent_id = "PRT_PT_bake"
@@ -30,6 +31,8 @@ class PRT_PT_shading(Tab, bpy.types.Panel):
         column = layout.column(align=True)
         column.operator("prt.add_shading", icon="ADD")
         column.operator("prt.remove_shading", icon="REMOVE")
+        which, icon = ("remove", "X") if reflections.are_on(context.scene) else ("add", "MOD_MIRROR")
+        layout.operator(f"prt.{which}_reflections", icon=icon)
         layout.operator("prt.remove", icon="TRASH")
 
 
