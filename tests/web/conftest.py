@@ -62,3 +62,57 @@ def scene_of_all(blender, scene, stage):
     blender.ops.prt.bake(mode="INTERREFLECTED", samples=64)
     assert ball.data.attributes.get("_PRT_0")
     return scene
+
+
+@pytest.fixture
+def glossy_scene(blender, scene, stage):
+    """Three balls on a floor under a photographic sky: metal, a polished one, and one whose gloss and dents are pictures."""
+    stage.environment(blender.data.images.load(str(stage.headless.studio_hdri("forest"))))
+    kinds = {"Metal": (1.0, 0.3), "Polished": (0.0, 0.25), "Dented": (0.0, 0.4), "Floor": (0.0, 0.7)}
+    materials = {name: matte(blender, stage, name, (0.8, 0.5, 0.2)) for name in kinds}
+    for name, (metallic, roughness) in kinds.items():
+        inputs = materials[name].node_tree.nodes["Principled BSDF"].inputs
+        inputs["Specular IOR Level"].default_value = 0.5
+        inputs["Metallic"].default_value, inputs["Roughness"].default_value = metallic, roughness
+    dent(blender, materials["Dented"])
+    for x, name in enumerate(("Metal", "Polished", "Dented")):
+        ball = stage.object_of(name, stage.icosphere(5), materials[name], (2.4 * x - 2.4, 0, 1))
+        if name == "Dented":
+            lay_out(ball.data)
+    stage.object_of("Floor", stage.grid(60, 5.0), materials["Floor"])
+    camera = blender.data.objects.new("Camera", blender.data.cameras.new("Camera"))
+    camera.location, camera.rotation_euler = (1.0, -11.0, 3.6), (1.32, 0.0, 0.09)
+    scene.collection.objects.link(camera)
+    scene.camera = camera
+    scene.render.resolution_x, scene.render.resolution_y = WIDTH, HEIGHT
+    blender.ops.prt.bake(mode="INTERREFLECTED", samples=64)
+    return scene
+
+
+def lay_out(mesh):
+    """Texture coordinates by the place in X and Z."""
+    mesh.uv_layers.new()
+    places = np.array([mesh.vertices[loop.vertex_index].co[:] for loop in mesh.loops])[:, [0, 2]] * 0.5 + 0.5
+    mesh.uv_layers[0].data.foreach_set("uv", places.ravel())
+
+
+def dent(blender, material):
+    """A picture of waves for the normals, and one of stripes for the roughness."""
+    tree = material.node_tree
+    x, y = np.meshgrid(*[np.linspace(0, 6 * np.pi, 128, endpoint=False)] * 2)
+    normals = np.stack([0.4 * np.sin(x), 0.25 * np.cos(y), np.ones_like(x)], axis=-1)
+    normals = 0.5 + 0.5 * normals / np.linalg.norm(normals, axis=-1, keepdims=True)
+    stripes = np.repeat((0.25 + 0.5 * (np.sin(x) > 0.0))[..., None], 3, axis=-1)
+    pictures = []
+    for name, numbers in (("Waves", normals), ("Stripes", stripes)):
+        image = blender.data.images.new(name, 128, 128)
+        image.colorspace_settings.name = "Non-Color"
+        image.pixels.foreach_set(np.concatenate([numbers, np.ones((128, 128, 1))], axis=-1).astype(np.float32).ravel())
+        image.pack()
+        node = tree.nodes.new("ShaderNodeTexImage")
+        node.image = image
+        pictures.append(node)
+    bent, shader = tree.nodes.new("ShaderNodeNormalMap"), tree.nodes["Principled BSDF"]
+    tree.links.new(pictures[0].outputs["Color"], bent.inputs["Color"])
+    tree.links.new(bent.outputs["Normal"], shader.inputs["Normal"])
+    tree.links.new(pictures[1].outputs["Color"], shader.inputs["Roughness"])

@@ -82,11 +82,11 @@ def test_the_sky_turns_about_any_axis(page, browser):
     slid = "(() => { const one = document.getElementById('tilt'); one.value = 30; one.dispatchEvent(new Event('input')); })()"
     angles, light = "[prt.turn, prt.tilt, prt.roll]", f"prt.radiance({WIDTH}, {HEIGHT})"
     dragged = {"drag": {"from": [100, 90], "to": [100, 140], "keys": ["Shift"]}}
+    further, where = {"drag": {"from": [100, 90], "to": [150, 90]}}, "prt.orbit.position"
     sky_by_hand = "document.querySelectorAll('#hands input')[1].click()"
     first, _, slid_to, slid_light, _, dragged_to, place, _, _, by_hand, still = browser.open(
         page,
-        [light, slid, angles, light, dragged, angles, "prt.orbit.position", sky_by_hand]
-        + [{"drag": {"from": [100, 90], "to": [150, 90]}}, angles, "prt.orbit.position"],
+        [light, slid, angles, light, dragged, angles, where, sky_by_hand, further, angles, where],
         1000,
         600,
     )

@@ -14,9 +14,12 @@ from .glb import Glb
 STEPS = 511
 """The largest whole number: nine bits and a sign. Of what a surface shows that leaves an error of about a thousandth."""
 
+DIRECT_STEPS = 31
+"""The same for the direct part, which only dims what gloss shows of the sky."""
+
 EXTRAS = "prt_relight"
 """Key in the extras of a primitive: `view`, where its packed transport lies; `scales`, by which numbers are multiplied, one
-per layer; `space`, whose axes they are in."""
+per layer; `space`, whose axes they are in; and, of what is glossy, `direct` and `directScale`, the same of the direct part."""
 
 
 def pack_transport(glb: Glb) -> int:
@@ -37,12 +40,28 @@ def _pack(glb: Glb, primitive: dict[str, Any]) -> int:
     layers = np.stack([glb.values(primitive["attributes"].pop(name)) for name in LAYERS], axis=1)
     numbers, scales = rounded(layers[..., :3].astype(np.float64))
     own = bool(layers[0, 0, 3] < OWN_AXES_BELOW)
-    primitive.setdefault("extras", {})[EXTRAS] = {
+    extras = primitive.setdefault("extras", {})[EXTRAS] = {
         "view": glb.add_view(packed(numbers)),
         "scales": scales.tolist(),
         "space": "OBJECT" if own else "SCENE",
     }
+    materials = glb.document.get("materials", ())
+    if "material" in primitive and is_glossy(materials[primitive["material"]]):
+        direct = layers[..., 3].astype(np.float64)
+        direct[:, 0] += 2.0 if own else 1.0  # its marks
+        step = max(float(np.abs(direct).max()), 1e-9) / DIRECT_STEPS
+        extras["direct"], extras["directScale"] = glb.add_view(packed_direct(np.rint(direct / step))), step
     return len(layers)
+
+
+def is_glossy(material: dict[str, Any]) -> bool:
+    """Whether a material of glTF mirrors anything."""
+    surface, extensions = material.get("pbrMetallicRoughness"), material.get("extensions", {})
+    if surface is None:
+        return False
+    specular = extensions.get("KHR_materials_specular", {}).get("specularFactor", 1.0)
+    ior = extensions.get("KHR_materials_ior", {}).get("ior", 1.5)
+    return bool(surface.get("metallicFactor", 1.0) > 0.0 or (specular > 0.0 and ior != 1.0))
 
 
 def rounded(transport: npt.NDArray[np.float64]) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.float64]]:
@@ -64,3 +83,10 @@ def packed(numbers: npt.NDArray[np.int32]) -> bytes:
     steps = np.diff(coded.reshape(len(numbers), -1), axis=0, prepend=0).T
     signless = ((steps << 1) ^ (steps >> 31)).astype(np.uint16)
     return (signless & 255).astype(np.uint8).tobytes() + (signless >> 8).astype(np.uint8).tobytes()
+
+
+def packed_direct(numbers: npt.NDArray[np.float64]) -> bytes:
+    """Whole numbers (N, 9) up to `DIRECT_STEPS`, a byte each: coefficient by coefficient, as what each vertex differs by from the
+    one before, modulo 256."""
+    steps = np.diff(numbers.astype(np.int16), axis=0, prepend=np.int16(0)).T
+    return (steps & 255).astype(np.uint8).tobytes()

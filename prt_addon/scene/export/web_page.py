@@ -102,8 +102,8 @@ def export_page(context: bpy.types.Context, path: Path, settings: PageSettings) 
     if not has_light(scene.world):
         raise LightError("The scene's world carries no SH light: press Project World (prt.project_light).")
     model = Glb(_gltf(scene))
-    vertices = pack_transport(model)
     notices = _mend_colours(model)
+    vertices = pack_transport(model)
     files = {"prt-model": model.written()}
     skies = [_own_sky(scene, settings.sky_height, files), *(_studio_sky(name, files) for name in settings.skies)]
     views, view = _views(scene, files)
@@ -140,7 +140,8 @@ def _mend_colours(model: Glb) -> list[Notice]:
             continue
         colour = read_material(known, "EEVEE").colour
         if isinstance(colour, Constant):
-            material["pbrMetallicRoughness"] = {"baseColorFactor": [*colour.rgb, 1.0]}
+            material["pbrMetallicRoughness"] = {"baseColorFactor": [*colour.rgb, 1.0], "metallicFactor": 0.0}
+            material.setdefault("extensions", {})["KHR_materials_specular"] = {"specularFactor": 0.0}
         elif colour is not None:
             notices.append(Notice(_COLOURLESS, known.name))
     return notices

@@ -33,7 +33,8 @@ export class Backdrop {
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 
-  private pictureOf(sky: Sky): WebGLTexture {
+  /** The sky's picture on the graphics card. */
+  pictureOf(sky: Sky): WebGLTexture {
     if (this.picture && this.of === sky) return this.picture;
     const { gl } = this;
     if (this.picture) gl.deleteTexture(this.picture);

@@ -9,7 +9,7 @@ export interface Program {
 }
 
 /** Where attributes are bound, in every program. */
-export const ATTRIBUTES = ["position", "light", "coordinates0", "coordinates1"] as const;
+export const ATTRIBUTES = ["position", "light", "coordinates0", "coordinates1", "normal", "direct0", "direct1", "direct2"] as const;
 
 export function compiled(gl: GL, vertex: string, fragment: string): Program {
   const program = gl.createProgram();
@@ -53,7 +53,7 @@ export function smooth(gl: GL, target: number): void {
 }
 
 /** Binds a texture to a unit, and a sampler of the program in use to that. */
-export function bindTexture(gl: GL, unit: number, bound: WebGLTexture, { uniforms }: Program, name: string): void {
+export function bindTexture(gl: GL, unit: number, bound: WebGLTexture | null, { uniforms }: Program, name: string): void {
   gl.activeTexture(gl.TEXTURE0 + unit);
   gl.bindTexture(gl.TEXTURE_2D, bound);
   gl.uniform1i(uniforms[name]!, unit);

@@ -2,8 +2,8 @@
 // An instance on the graphics card: a mesh, and the light of its vertices, which is summed anew when the light changes.
 
 import { type Light, sumTransport, sumUnshadowed, turned } from "@prt-relight/core";
-import type { GL } from "./gl.js";
-import type { GpuMesh } from "./gpu_mesh.js";
+import { ATTRIBUTES, type GL } from "./gl.js";
+import type { Attribute, GpuMesh } from "./gpu_mesh.js";
 import { normalMatrix } from "./matrix4.js";
 import type { Instance } from "./model.js";
 
@@ -17,11 +17,14 @@ export class GpuInstance {
     this.lightBuffer = gl.createBuffer();
     this.vertices = gl.createVertexArray();
     gl.bindVertexArray(this.vertices);
-    [on.positions, { values: this.lightBuffer, width: 3 }, ...on.coordinates].forEach((attribute, index) => {
+    const light = { values: this.lightBuffer, width: 3 };
+    on.attributes.forEach((shared, index) => {
+      const attribute: Attribute | null = ATTRIBUTES[index] === "light" ? light : shared;
       if (!attribute) return;
-      gl.bindBuffer(gl.ARRAY_BUFFER, attribute.values);
+      const { values, width, stride, offset } = attribute;
+      gl.bindBuffer(gl.ARRAY_BUFFER, values);
       gl.enableVertexAttribArray(index);
-      gl.vertexAttribPointer(index, attribute.width, gl.FLOAT, false, 0, 0);
+      gl.vertexAttribPointer(index, width, stride ? gl.BYTE : gl.FLOAT, false, stride ?? 0, offset ?? 0);
     });
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, on.triangles);
     gl.bindVertexArray(null);

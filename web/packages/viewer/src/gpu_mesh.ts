@@ -3,25 +3,33 @@
 
 import { buffer, type GL } from "./gl.js";
 import type { Mesh } from "./model.js";
+import { DIRECT_STRIDE } from "./transport.js";
 
 export interface Attribute {
   readonly values: WebGLBuffer;
-  /** Floats a vertex. */
+  /** Numbers a vertex. */
   readonly width: number;
+  /** Bytes, where the attribute is one of several numbers of a byte, which begin at an offset. */
+  readonly stride?: number;
+  readonly offset?: number;
 }
 
 export class GpuMesh {
-  readonly positions: Attribute;
-  readonly coordinates: readonly (Attribute | null)[];
+  /** In the order of `ATTRIBUTES`; null are the light, which is each instance's own, and what the mesh has not. */
+  readonly attributes: readonly (Attribute | null)[];
   readonly triangles: WebGLBuffer;
 
-  constructor(private readonly gl: GL, mesh: Mesh) {
-    this.positions = this.attribute(mesh.positions, 3);
-    this.coordinates = mesh.coordinates.map((data) => data && this.attribute(data, 2));
-    this.triangles = buffer(gl, gl.ELEMENT_ARRAY_BUFFER, mesh.triangles as Uint32Array<ArrayBuffer>);
+  constructor(private readonly gl: GL, { positions, coordinates, normals, material, transport, triangles }: Mesh) {
+    const floats = (data: Float32Array | null, width: number) => data && { values: this.values(data), width };
+    const direct = material.gloss && transport?.direct ? this.values(transport.direct) : null;
+    this.attributes = [
+      floats(positions, 3), null, ...coordinates.map((data) => floats(data, 2)), material.gloss && floats(normals, 3),
+      ...[0, 4, 8].map((offset) => direct && { values: direct, width: 3, stride: DIRECT_STRIDE, offset }),
+    ];
+    this.triangles = buffer(gl, gl.ELEMENT_ARRAY_BUFFER, triangles as Uint32Array<ArrayBuffer>);
   }
 
-  private attribute(data: Float32Array, width: number): Attribute {
-    return { values: buffer(this.gl, this.gl.ARRAY_BUFFER, data as Float32Array<ArrayBuffer>), width };
+  private values(data: Float32Array | Int8Array): WebGLBuffer {
+    return buffer(this.gl, this.gl.ARRAY_BUFFER, data as Float32Array<ArrayBuffer>);
   }
 }

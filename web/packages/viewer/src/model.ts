@@ -3,7 +3,7 @@
 
 import { fromColumns, type Matrix3, multiplied, transposed, unitColumns, type Vector3 } from "@prt-relight/core";
 import { fromLinear, linearPart, type Matrix4, placed, product, transformed } from "./matrix4.js";
-import { unpacked } from "./transport.js";
+import { unpacked, unpackedDirect } from "./transport.js";
 
 /** Blender's X, Y and Z in glTF's axes, which are Y up. */
 const AXES: Matrix3 = fromColumns([1, 0, 0], [0, 0, -1], [0, 1, 0]);
@@ -12,6 +12,8 @@ export interface Texture {
   readonly image: ImageBitmap;
   readonly repeated: readonly [boolean, boolean];
   readonly smooth: boolean;
+  /** Whether its numbers are of the sRGB curve, and not linear. */
+  readonly isColour: boolean;
   /** Which of the mesh's coordinates it is laid out by. */
   readonly coordinates: number;
   /** Offset and scale of the coordinates. */
@@ -26,6 +28,20 @@ export interface Material {
   readonly alpha: "OPAQUE" | "MASK" | "BLEND";
   readonly cutoff: number;
   readonly doubleSided: boolean;
+  /** Null of what mirrors nothing. */
+  readonly gloss: Gloss | null;
+}
+
+/** What a surface mirrors, as a Principled BSDF and glTF have it. */
+export interface Gloss {
+  readonly metallic: number;
+  readonly roughness: number;
+  /** What a dielectric reflects of what comes straight at it. */
+  readonly straight: number;
+  /** Roughness in green, metallic in blue. */
+  readonly texture: Texture | null;
+  readonly normalTexture: Texture | null;
+  readonly normalScale: number;
 }
 
 export interface Transport {
@@ -33,6 +49,9 @@ export interface Transport {
   readonly numbers: Int16Array;
   readonly scales: readonly number[];
   readonly inOwnAxes: boolean;
+  /** Of what is glossy: nine numbers of the direct part a vertex, at places of twelve, and what they are multiplied by. */
+  readonly direct: Int8Array | null;
+  readonly directScale: number;
 }
 
 export interface Mesh {
@@ -109,7 +128,7 @@ function boundsOf(instances: readonly Pick<Instance, "mesh" | "world">[]): { lea
 
 const PLAIN: Material = {
   colour: [0.8, 0.8, 0.8, 1], texture: null, emission: [0, 0, 0], emissionTexture: null, alpha: "OPAQUE",
-  cutoff: 0.5, doubleSided: true,
+  cutoff: 0.5, doubleSided: true, gloss: null,
 };
 
 function materialOf(document: Json, material: Json, images: readonly ImageBitmap[]): Material {
@@ -123,10 +142,25 @@ function materialOf(document: Json, material: Json, images: readonly ImageBitmap
     alpha: material.alphaMode ?? "OPAQUE",
     cutoff: material.alphaCutoff ?? 0.5,
     doubleSided: material.doubleSided ?? false,
+    gloss: material.pbrMetallicRoughness ? glossOf(document, material, images) : null,
   };
 }
 
-function textureOf(document: Json, info: Json, images: readonly ImageBitmap[]): Texture | null {
+function glossOf(document: Json, material: Json, images: readonly ImageBitmap[]): Gloss | null {
+  const surface = material.pbrMetallicRoughness, { KHR_materials_ior: ior, KHR_materials_specular: specular } = material.extensions ?? {};
+  const metallic = surface.metallicFactor ?? 1, index = ior?.ior ?? 1.5;
+  const straight = ((index - 1) / (index + 1)) ** 2 * (specular?.specularFactor ?? 1);
+  if (metallic === 0 && straight === 0) return null;
+  return {
+    metallic, straight,
+    roughness: surface.roughnessFactor ?? 1,
+    texture: textureOf(document, surface.metallicRoughnessTexture, images, false),
+    normalTexture: textureOf(document, material.normalTexture, images, false),
+    normalScale: material.normalTexture?.scale ?? 1,
+  };
+}
+
+function textureOf(document: Json, info: Json, images: readonly ImageBitmap[], isColour = true): Texture | null {
   if (!info) return null;
   const texture = document.textures[info.index], sampler = document.samplers?.[texture.sampler] ?? {};
   const image = images[texture.source];
@@ -134,7 +168,7 @@ function textureOf(document: Json, info: Json, images: readonly ImageBitmap[]): 
   const moved = info.extensions?.KHR_texture_transform ?? {};
   const [offset, scale] = [moved.offset ?? [0, 0], moved.scale ?? [1, 1]];
   return {
-    image,
+    image, isColour,
     repeated: [(sampler.wrapS ?? 10497) !== 33071, (sampler.wrapT ?? 10497) !== 33071],
     smooth: sampler.magFilter !== 9728,
     coordinates: moved.texCoord ?? info.texCoord ?? 0,
@@ -169,7 +203,13 @@ class Reader {
         ? Uint32Array.from({ length: vertices }, (_, k) => k)
         : Uint32Array.from(this.numbers(primitive.indices)),
       transport: packed
-        ? { numbers: unpacked(this.slice(packed.view), vertices), scales: packed.scales, inOwnAxes: packed.space === "OBJECT" }
+        ? {
+          numbers: unpacked(this.slice(packed.view), vertices),
+          scales: packed.scales,
+          inOwnAxes: packed.space === "OBJECT",
+          direct: packed.direct === undefined ? null : unpackedDirect(this.slice(packed.direct), vertices),
+          directScale: packed.directScale ?? 0,
+        }
         : null,
     };
   }

@@ -63,6 +63,11 @@ export class Orbit {
     return this.target.map((value, k) => value + this.distance * z[k]!) as unknown as Vector3;
   }
 
+  /** Where the camera is, and 1; or, if it looks everywhere the same way, the way to it, and 0. */
+  get eye(): readonly [number, number, number, number] {
+    return this.isOrthographic ? [...this.axes()[2], 0] : [...this.position, 1];
+  }
+
   /** Columns: the camera's right, up and back, in the world. */
   get rotation(): Matrix3 {
     return transposed(this.axes().flat() as unknown as Matrix3);

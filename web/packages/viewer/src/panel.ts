@@ -2,7 +2,7 @@
 // The panel: it shows the viewer's state and changes it, and takes panoramas that people bring.
 
 import { say } from "./message.js";
-import type { Shading } from "./renderer.js";
+import type { Shading } from "./surfaces.js";
 import { openedSky } from "./sky.js";
 import type { Hands, Viewer } from "./viewer.js";
 

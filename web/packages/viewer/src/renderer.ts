@@ -8,14 +8,13 @@ import type { GL } from "./gl.js";
 import { GpuInstance } from "./gpu_instance.js";
 import { GpuMesh } from "./gpu_mesh.js";
 import { isMirrored, type Matrix4, product } from "./matrix4.js";
+import { MirroredSky } from "./mirrored_sky.js";
 import type { Instance, Mesh, Model } from "./model.js";
 import type { Orbit } from "./orbit.js";
 import type { Quality } from "./pace.js";
 import type { Sky } from "./sky.js";
-import { Surfaces } from "./surfaces.js";
+import { type Shading, Surfaces, type Surroundings } from "./surfaces.js";
 import { Target } from "./target.js";
-
-export type Shading = "baked" | "unshadowed" | "light";
 
 /** What a frame shows, and how. */
 export interface Frame {
@@ -31,6 +30,7 @@ export interface Frame {
 export class Renderer {
   private readonly surfaces: Surfaces;
   private readonly backdrop: Backdrop;
+  private readonly mirrored: MirroredSky;
   private readonly display: Display;
   private readonly solid: readonly Instance[];
   private readonly clear: readonly Instance[];
@@ -47,6 +47,7 @@ export class Renderer {
     gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
     this.surfaces = new Surfaces(gl);
     this.backdrop = new Backdrop(gl);
+    this.mirrored = new MirroredSky(gl, this.backdrop);
     this.display = new Display(gl);
     this.solid = instances.filter(({ mesh }) => mesh.material.alpha !== "BLEND");
     this.clear = instances.filter(({ mesh }) => mesh.material.alpha === "BLEND");
@@ -84,7 +85,8 @@ export class Renderer {
   private drawInto(target: Target, frame: Frame, orbit: Orbit, covered: number, sky: Quality | null): void {
     const { gl } = this, aspect = target.width / target.height, clip = orbit.clip(aspect, covered), eye = orbit.position;
     const distance = ({ centre }: Instance) => Math.hypot(...centre.map((value, k) => value - eye[k]!));
-    const draw = (instance: Instance) => this.drawInstance(instance, product(clip, instance.world), frame.shading === "light");
+    const surroundings = { ...frame, eye: orbit.eye, mirrored: this.mirroredSky(frame) };
+    const draw = (instance: Instance) => this.drawInstance(instance, product(clip, instance.world), surroundings);
     this.relight(frame);
     target.begin();
     gl.enable(gl.DEPTH_TEST);
@@ -96,9 +98,15 @@ export class Renderer {
     gl.disable(gl.CULL_FACE);
   }
 
-  private drawInstance(instance: Instance, place: Matrix4, white: boolean): void {
+  /** Made before anything is drawn, and only if something mirrors it. */
+  private mirroredSky({ sky, shading }: Frame): WebGLTexture | null {
+    const isSeen = shading !== "light" && [...this.instances.keys()].some(({ mesh }) => mesh.material.gloss);
+    return isSeen ? this.mirrored.textureOf(sky) : null;
+  }
+
+  private drawInstance(instance: Instance, place: Matrix4, surroundings: Surroundings): void {
     const { gl } = this;
-    this.surfaces.begin(instance.mesh.material, white, Float32Array.from(place));
+    this.surfaces.begin(instance, place, surroundings);
     gl.frontFace(isMirrored(instance.world) ? gl.CW : gl.CCW);
     this.instances.get(instance)!.draw();
   }

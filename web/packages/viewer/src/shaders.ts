@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: MIT
 // What runs on the graphics card: meshes under their light, the sky behind them, and the view transform of both.
 
-import { GLSL_VIEW, GLSL_WITHOUT_NEGATIVES } from "@prt-relight/core";
+import { GLSL_VIEW, GLSL_WITHOUT_NEGATIVES, K_0, K_1, K_XX, K_XY, K_ZZ } from "@prt-relight/core";
+import { GLSL_EQUIRECT, GLSL_GLOSS } from "./gloss_shaders.js";
 
-const HEAD = `#version 300 es
+export const HEAD = `#version 300 es
 precision highp float;
 precision highp int;
 precision highp sampler2D;
 `;
 
 /** What the program of a surface can do beside being lit. */
-export type Feature = "TEXTURED" | "GLOWING" | "GLOWING_PICTURE" | "CUT" | "CLEAR" | "WHITE";
+export type Feature =
+  | "TEXTURED" | "GLOWING" | "GLOWING_PICTURE" | "CUT" | "CLEAR" | "WHITE"
+  | "GLOSSY" | "GLOSS_PICTURE" | "NORMAL_PICTURE" | "SKY_SEEN";
 
 /** The programs of a surface: vertex and fragment. */
 export function surfaceShaders(features: readonly Feature[]): [string, string] {
@@ -23,15 +26,43 @@ in vec3 position;
 in vec3 light;
 in vec2 coordinates0;
 in vec2 coordinates1;
-uniform mat4 place;
+in vec3 normal, direct0, direct1, direct2;
+uniform mat4 place, world;
+uniform mat3 normals, toTransport;
+uniform vec4 eye;
+uniform float directScale;
 out vec3 radiance;
 out vec2 place0, place1;
+out vec3 facing, spot;
+out float skySeen;
+
+#ifdef SKY_SEEN
+// How much sky there is where a mirror looks: the direct transport along the mirrored view, by what it is in the open, as
+// the relit surfaces of EEVEE have it. The last band is damped, as it rings.
+float share(vec3 n, vec3 view) {
+  vec3 w = toTransport * reflect(-view, n);
+  float cosine = abs(dot(n, view));
+  float seen = ${K_0.toFixed(9)} * direct0.x + ${K_1.toFixed(9)} * (w.y * direct0.y + w.z * direct0.z + w.x * direct1.x);
+  seen += 0.75 * (${K_XY.toFixed(9)} * (w.x * w.y * direct1.y + w.y * w.z * direct1.z + w.x * w.z * direct2.y)
+    + ${K_ZZ.toFixed(9)} * (3.0 * w.z * w.z - 1.0) * direct2.x + ${K_XX.toFixed(9)} * (w.x * w.x - w.y * w.y) * direct2.z);
+  float open = (0.53125 + 2.0 * cosine + 1.40625 * cosine * cosine) / 12.566370614;
+  return clamp(directScale * seen / open, 0.0, 1.0);
+}
+#endif
 
 void main() {
   radiance = light;
   place0 = coordinates0;
   place1 = coordinates1;
   gl_Position = place * vec4(position, 1.0);
+#ifdef GLOSSY
+  spot = (world * vec4(position, 1.0)).xyz;
+  facing = normalize(normals * normal);
+  skySeen = 1.0;
+#ifdef SKY_SEEN
+  skySeen = share(facing, normalize(eye.xyz - eye.w * spot));
+#endif
+#endif
 }`;
 
 const SURFACE_FRAGMENT = `
@@ -47,6 +78,10 @@ ${GLSL_WITHOUT_NEGATIVES}
 vec2 placed(vec4 placing, int index) {
   return (index == 1 ? place1 : place0) * placing.zw + placing.xy;
 }
+#ifdef GLOSSY
+${GLSL_EQUIRECT}
+${GLSL_GLOSS}
+#endif
 
 void main() {
   vec4 surface = colour;
@@ -56,10 +91,14 @@ void main() {
 #ifdef CUT
   if (surface.a < cutoff) discard;
 #endif
-#ifdef WHITE
-  surface.rgb = vec3(1.0);
+  vec3 light = withoutNegatives(radiance);
+#ifndef WHITE
+#ifdef GLOSSY
+  light = glossy(surface.rgb, light);
+#else
+  light *= surface.rgb;
 #endif
-  vec3 light = surface.rgb * withoutNegatives(radiance);
+#endif
 #ifdef GLOWING_PICTURE
   light += emission * texture(emissionTexture, placed(emissionPlacing, emissionCoordinates)).rgb;
 #endif
@@ -90,6 +129,7 @@ uniform sampler2D picture;
 uniform float strength;
 uniform bool smoothly;
 out vec4 shown;
+${GLSL_EQUIRECT}
 vec3 smoothed(vec2 at) {
   vec2 size = vec2(textureSize(picture, 0));
   vec2 texel = at * size - 0.5, part = fract(texel), whole = floor(texel);
@@ -103,8 +143,7 @@ vec3 smoothed(vec2 at) {
 }
 
 void main() {
-  vec3 w = normalize(direction);
-  vec2 at = vec2(0.5 - atan(w.y, w.x) / 6.283185307, 0.5 - asin(clamp(w.z, -1.0, 1.0)) / 3.141592654);
+  vec2 at = equirect(normalize(direction));
   shown = vec4(strength * (smoothly ? smoothed(at) : textureLod(picture, at, 0.0).rgb), 1.0);
 }`;
 

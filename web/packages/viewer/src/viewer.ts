@@ -6,9 +6,10 @@ import type { Model } from "./model.js";
 import { Orbit } from "./orbit.js";
 import { FINEST, Pace, type Quality } from "./pace.js";
 import type { Description } from "./page.js";
-import { Renderer, type Frame, type Shading } from "./renderer.js";
+import { type Frame, Renderer } from "./renderer.js";
 import type { Sky } from "./sky.js";
 import { rotationOf, type SkyTurn, turnedAbout, UNTURNED, wrapped } from "./sky_turn.js";
+import type { Shading } from "./surfaces.js";
 
 /** What people turn when they drag. */
 export type Hands = "view" | "sky";

@@ -3,7 +3,7 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { NUMBERS, unpacked } from "../src/transport.js";
+import { DIRECT_STRIDE, NUMBERS, unpacked, unpackedDirect } from "../src/transport.js";
 
 /** Packs as the exporter does, number by number. */
 function packed(numbers: number[][]): Uint8Array {
@@ -29,4 +29,12 @@ test("every number comes back, the farthest apart too", () => {
 
 test("what is not whole is refused in a sentence", () => {
   assert.throws(() => unpacked(new Uint8Array(53), 1), /The page is not whole/);
+});
+
+test("the direct part comes back, at its places", () => {
+  const first = [0, 63, -63, 5, -5, 1, 2, 3, 4], second = first.map((value) => -value);
+  const bytes = Uint8Array.from(first.flatMap((value, k) => [value & 255, (second[k]! - value) & 255]));
+  const out = unpackedDirect(bytes, 2), places = [0, 1, 2, 4, 5, 6, 8, 9, 10];
+  assert.deepEqual(places.map((place) => out[place]), first);
+  assert.deepEqual(places.map((place) => out[DIRECT_STRIDE + place]! + 0), second.map((value) => value + 0));
 });
