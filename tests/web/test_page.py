@@ -240,12 +240,38 @@ def test_a_dropped_panorama_lights_the_scene(stage, page, browser):
     assert names == ["Six", "My sky"] and silent
 
 
+def test_a_dropped_exr_lights_the_scene(blender, stage, page, browser, tmp_path):
+    """Of half floats, packed by ZIP or PIZ, as Blender saves it."""
+    from prt_addon.core.sky.projection import project_equirect
+
+    sky = stage.six_coloured_sky(32)[:, ::-1]
+    settings = blender.context.scene.render.image_settings
+    settings.file_format, settings.color_depth = "OPEN_EXR", "16"
+    image = stage.picture("Sky", sky)
+    steps = []
+    for codec in ("ZIP", "PIZ"):
+        settings.exr_codec = codec
+        path = tmp_path / f"{codec}.exr"
+        image.save_render(str(path))
+        data = base64.b64encode(path.read_bytes()).decode()
+        steps += [{"drop": {"name": path.name, "data": data}}, "[...prt.skies[prt.sky].light]"]
+    half = base64.b64encode(path.read_bytes()[: path.stat().st_size // 2]).decode()
+    steps += [{"drop": {"name": "half.exr", "data": half}}, "document.getElementById('message').textContent"]
+    wanted = project_equirect(sky, interpolated=True)
+    *lights, message = browser.open(page, steps)[1::2]
+    assert message.startswith('"half.exr" cannot be opened. It is broken')
+    for light in lights:
+        np.testing.assert_allclose(np.reshape(light, (9, 3)), wanted, atol=0.002 * np.abs(wanted).max())
+
+
 @pytest.mark.parametrize(
     ("name", "data", "said"),
     [
         ("broken.hdr", b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 64 +X 128\n\2\2\0\x80rest", "file is broken"),
         ("other.hdr", b"\x89PNG\r\n\x1a\n", "no Radiance picture"),
-        ("photo.jpg", b"\xff\xd8\xff", "no .hdr file"),
+        ("photo.jpg", b"\xff\xd8\xff", "no .hdr or .exr file"),
+        ("broken.exr", b"\x76\x2f\x31\x01\2\0\0\0channels", "is broken"),
+        ("other.exr", b"#?RADIANCE", "no OpenEXR picture"),
         ("square.hdr", base64.b64decode(hdr(np.ones((16, 16, 3)))), "twice as wide as high"),
     ],
 )

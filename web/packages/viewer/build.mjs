@@ -21,12 +21,26 @@ function digest() {
   return hash.digest("hex");
 }
 
+/** Gives three.js' reader the few parts of three.js that it needs. */
+const partsOfThree = {
+  name: "parts of three.js",
+  setup: ({ onResolve }) => onResolve({ filter: /^three$/ }, () => ({ path: new URL("src/three_parts.js", here).pathname })),
+};
+
+/** What the licences of what is built in want to be told. */
+function notice() {
+  const three = new URL("../../node_modules/three/", here), reader = readFileSync(new URL("examples/jsm/loaders/EXRLoader.js", three), "utf8");
+  const [said] = /^(\/\/.*\n|\n)+/m.exec(reader.slice(reader.indexOf("// Referred")));
+  const licences = [readFileSync(new URL("LICENSE", three), "utf8"), said.replace(/^[/ ]+/gm, ""), "fflate: the MIT licence, as above, Copyright (c) Arjun Barrett"];
+  return licences.join("\n").replace(/-{2,}/g, "").replace(/\n{2,}/g, "\n").trim();
+}
+
 async function bundled(entry) {
-  const options = { bundle: true, minify: true, write: false, format: "iife", target: "es2022", legalComments: "none" };
+  const options = { plugins: [partsOfThree], bundle: true, minify: true, write: false, format: "iife", target: "es2022", legalComments: "none" };
   const { outputFiles } = await build({ ...options, entryPoints: [new URL(entry, here).pathname] });
   return outputFiles[0].text.trim();
 }
 
-const parts = { STYLE: await bundled("src/style.css"), SCRIPT: await bundled("src/main.ts"), DIGEST: digest() };
+const parts = { STYLE: await bundled("src/style.css"), SCRIPT: await bundled("src/main.ts"), DIGEST: digest(), NOTICE: notice() };
 const page = readFileSync(new URL("src/index.html", here), "utf8");
-writeFileSync(TARGET, page.replace(/\{\{(STYLE|SCRIPT|DIGEST)\}\}/g, (_, name) => parts[name]));
+writeFileSync(TARGET, page.replace(/\{\{(STYLE|SCRIPT|DIGEST|NOTICE)\}\}/g, (_, name) => parts[name]));

@@ -2,6 +2,7 @@
 // A sky to light with: a picture, its light, and how it was turned and scaled in Blender.
 
 import { fromColumns, IDENTITY, type Light, lightOf, type Matrix3, type Picture, projected, readRadiance, transposed, type Vector3 } from "@prt-relight/core";
+import { readExr } from "./exr.js";
 import { file, type SkyEntry } from "./page.js";
 
 export interface Sky {
@@ -25,20 +26,20 @@ export async function embeddedSky(entry: SkyEntry): Promise<Sky> {
   };
 }
 
+const READERS: Record<string, (bytes: Uint8Array) => Picture> = { hdr: readRadiance, exr: readExr };
+
 /** A sky of a person's own; throws an Error whose message is a sentence. */
 export async function openedSky(chosen: File): Promise<Sky> {
-  if (!/\.hdr$/i.test(chosen.name)) {
-    throw new Error(`"${chosen.name}" is no .hdr file: panoramas in Radiance's format can be opened, others converted to it.`);
-  }
+  const [, name, kind] = /^(.*)\.(\w+)$/.exec(chosen.name) ?? [], read = READERS[kind?.toLowerCase() ?? ""];
+  if (!read) throw new Error(`"${chosen.name}" is no .hdr or .exr file: other panoramas must be converted to one.`);
   let picture: Picture;
   try {
-    picture = readRadiance(new Uint8Array(await chosen.arrayBuffer()));
+    picture = read(new Uint8Array(await chosen.arrayBuffer()));
   } catch (error) {
     throw new Error(`"${chosen.name}" cannot be opened. ${(error as Error).message}`);
   }
   if (Math.abs(picture.width - 2 * picture.height) > 1) {
     throw new Error(`"${chosen.name}" is ${picture.width} × ${picture.height}: a panorama is twice as wide as high.`);
   }
-  const name = chosen.name.replace(/\.hdr$/i, "");
-  return { name, light: projected(picture), turn: IDENTITY, strength: 1, picture };
+  return { name: name!, light: projected(picture), turn: IDENTITY, strength: 1, picture };
 }
