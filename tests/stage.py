@@ -83,7 +83,13 @@ def six_coloured_sky(width=128):
     u = (np.arange(width) + 0.5) / width
     v = (np.arange(width // 2) + 0.5) / (width // 2)
     azimuth, elevation = np.meshgrid(2 * np.pi * (0.5 - u), np.pi * (v - 0.5))
-    w = np.stack([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)], axis=-1)
+    return six_colours(
+        np.stack([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)], axis=-1)
+    )
+
+
+def six_colours(w):
+    """What that sky shows along unit vectors (..., 3)."""
     colours = {(0, 1): (3, 0, 0), (0, -1): (0, 2, 0), (1, 1): (0, 0, 4), (1, -1): (2, 2, 0), (2, 1): (0, 3, 3)}
     colours[2, -1] = (1, 0, 2)
     return sum(np.multiply.outer(((1 + sign * w[..., k]) / 2) ** 2, rgb) for (k, sign), rgb in colours.items())

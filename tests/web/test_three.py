@@ -9,6 +9,8 @@ import subprocess
 import numpy as np
 import pytest
 
+from prt_addon.core.sky.projection import project_equirect
+from tests.core.references import axis_angle
 from tests.web.node import WEB, npm
 from tests.web.views import HEIGHT, WIDTH, eevee, relative_rms
 
@@ -30,8 +32,9 @@ def example(browser, tmp_path_factory):
     (folder / "package").rename(modules / "@prt-relight" / "three")
     (modules / "three").symlink_to(WEB / "node_modules" / "three")
     shutil.copy(PACKAGE / "example" / "main.js", folder / "main.js")
+    (folder / "entry.js").write_text('export * from "./main.js"; export * as three from "three";')
     esbuild = WEB / "node_modules" / ".bin" / "esbuild"
-    command = [esbuild, "main.js", "--bundle", "--format=iife", "--global-name=example", "--preserve-symlinks"]
+    command = [esbuild, "entry.js", "--bundle", "--format=iife", "--global-name=example", "--preserve-symlinks"]
     bundled = subprocess.run(command, cwd=folder, capture_output=True, text=True)
     assert bundled.returncode == 0, bundled.stderr
     return bundled.stdout
@@ -77,3 +80,61 @@ def test_pixels_are_eevees(blender, stage, scene_of_all, example, browser, tmp_p
     both = seen & (turned[..., 3] > 0.999)
     assert relative_rms(second[both], turned[both]) < 0.03  # tests of the page compare it with Blender's turn
     assert red[seen][:, 0].max() > 0.1 and np.abs(red[seen][:, 1:3]).max() == 0.0
+
+
+SIX_COLOURED = """(() => {
+  const { DataTexture, EquirectangularReflectionMapping, FloatType, LinearFilter, RGBAFormat } = example.three;
+  const colours = [[0, 1, 3, 0, 0], [0, -1, 0, 2, 0], [1, 1, 0, 0, 4], [1, -1, 2, 2, 0], [2, 1, 0, 3, 3], [2, -1, 1, 0, 2]];
+  const data = new Float32Array(4 * 256 * 128);
+  for (let row = 0, at = 0; row < 128; row++) for (let column = 0; column < 256; column++, at += 4) {
+    const azimuth = 2 * Math.PI * (0.5 - (column + 0.5) / 256), elevation = Math.PI * ((row + 0.5) / 128 - 0.5);
+    const w = [Math.cos(elevation) * Math.cos(azimuth), Math.cos(elevation) * Math.sin(azimuth), Math.sin(elevation)];
+    for (const [axis, sign, ...rgb] of colours) rgb.forEach((value, c) => (data[at + c] += value * ((1 + sign * w[axis]) / 2) ** 2));
+    data[at + 3] = 1;
+  }
+  const sky = new DataTexture(data, 256, 128, RGBAFormat, FloatType, EquirectangularReflectionMapping);
+  sky.minFilter = sky.magFilter = LinearFilter;
+  sky.needsUpdate = true;
+  window.sky = sky;
+})()"""
+"""The sky of `stage.six_coloured_sky` as a texture of three.js, whose lowest row is the first."""
+
+
+def rays(scene):
+    """(H, W, 3) unit vectors that the camera's pixels look along."""
+    camera = scene.camera
+    frame = np.array(camera.data.view_frame(scene=scene))
+    across, up = np.abs(frame[:, :2]).max(axis=0)
+    x, y = np.meshgrid((np.arange(WIDTH) + 0.5) / WIDTH * 2 - 1, (np.arange(HEIGHT) + 0.5) / HEIGHT * 2 - 1)
+    w = np.stack([across * x, up * y, np.full_like(x, frame[0, 2])], axis=-1) @ np.array(camera.matrix_world.to_3x3()).T
+    return w / np.linalg.norm(w, axis=-1, keepdims=True)
+
+
+def test_a_texture_lights_and_turns_with_the_background(blender, stage, scene_of_all, example, browser, tmp_path):
+    """Background pixels are the texture's along their rays, turned and scaled; the light is that of the same coefficients."""
+    glb = tmp_path / "scene.glb"
+    blender.ops.export_scene.gltf(filepath=str(glb), export_cameras=True)
+    coefficients = project_equirect(stage.six_coloured_sky(256), interpolated=True)
+    frame, angle = f"prt.radiance({WIDTH}, {HEIGHT})", 0.8
+    steps = [SIX_COLOURED, "prt.prt.setSky(sky)", f"prt.prt.rotation = {angle}", "prt.prt.strength = 0.5", frame]
+    steps += ["prt.scene.background = sky", "(() => prt.prt.showIn(prt.scene))()", frame]
+    steps += [f"prt.prt.setSky({json.dumps(coefficients.tolist())})", frame]
+    answers = browser.open(page_of(example, glb, tmp_path / "three.html"), steps, WIDTH, HEIGHT)
+    alone, behind, by_coefficients = (answers[k].reshape(HEIGHT, WIDTH, 4) for k in (4, 7, 9))
+    mesh = alone[..., 3] > 0.999
+    assert 0.3 < mesh.mean() < 0.95
+    assert relative_rms(by_coefficients[mesh], alone[mesh]) < 1e-3
+    np.testing.assert_allclose(behind[mesh], alone[mesh], atol=1e-5)
+    w = rays(scene_of_all) @ axis_angle((0, 0, 1), angle)  # Rz(-angle) w
+    sky = alone[..., 3] == 0.0
+    assert relative_rms(behind[sky], 0.5 * stage.six_colours(w[sky])) < 0.02
+
+
+def test_a_texture_of_bytes_is_refused(blender, scene_of_all, example, browser, tmp_path):
+    """In a sentence: light is brighter than white."""
+    glb = tmp_path / "scene.glb"
+    blender.ops.export_scene.gltf(filepath=str(glb), export_cameras=True)
+    bytes_of = "new example.three.DataTexture(new Uint8Array(8), 2, 1)"
+    tried = f"(() => {{ try {{ prt.prt.setSky({bytes_of}); }} catch (error) {{ return error.message; }} }})()"
+    [message] = browser.open(page_of(example, glb, tmp_path / "three.html"), [tried], WIDTH, HEIGHT)
+    assert message == "A sky is a texture of floats or half floats."

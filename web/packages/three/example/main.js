@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A baked file under its own sky's light, seen from its own camera; what it draws can be read as linear light.
 
-import { FloatType, WebGLRenderer, WebGLRenderTarget } from "three";
+import { FloatType, Scene, WebGLRenderer, WebGLRenderTarget } from "three";
 import { GLTFLoader } from "three/examples/jsm/loaders/GLTFLoader.js";
 import { PRTRelightPlugin } from "@prt-relight/three";
 
@@ -11,16 +11,17 @@ export async function show(canvas, bytes) {
   const loader = new GLTFLoader().register(() => new PRTRelightPlugin());
   const gltf = await loader.parseAsync(bytes, "");
   const camera = gltf.cameras[0], { prt } = gltf.userData;
-  gltf.scene.updateMatrixWorld(true);
+  const scene = new Scene().add(gltf.scene);
+  scene.updateMatrixWorld(true);
   return {
     prt,
-    scene: gltf.scene,
-    draw: () => renderer.render(gltf.scene, camera),
+    scene,
+    draw: () => renderer.render(scene, camera),
     radiance(width, height) {
       const target = new WebGLRenderTarget(width, height, { type: FloatType }), pixels = new Float32Array(4 * width * height);
       renderer.setClearAlpha(0);
       renderer.setRenderTarget(target);
-      renderer.render(gltf.scene, camera);
+      renderer.render(scene, camera);
       renderer.readRenderTargetPixels(target, 0, 0, width, height, pixels);
       renderer.setRenderTarget(null);
       target.dispose();
