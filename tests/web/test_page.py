@@ -218,6 +218,16 @@ def test_what_rests_is_drawn_finely(page, browser):
     assert coarse < WIDTH == fine
 
 
+def test_the_scene_follows_the_window(page, browser):
+    """All of it stays framed, and no picture is stretched."""
+    shape = "[canvas.width, canvas.height, canvas.clientWidth, canvas.clientHeight]"
+    half = "[...prt.orbit.seen(canvas.width / canvas.height)]"
+    steps = [half, {"resize": [500, 700]}, FADED_IN, shape, half, {"resize": [900, 300]}, FADED_IN, shape]
+    before, _, _, tall, after, _, _, wide = browser.open(page, steps)
+    assert tall == [500, 700, 500, 700] and wide == [900, 300, 900, 300]
+    assert after[0] == pytest.approx(before[0]) and after[1] == pytest.approx(before[0] * 7 / 5)
+
+
 def hdr(sky):
     from prt_addon.core.exchange.radiance import radiance_file
 

@@ -138,3 +138,16 @@ def test_a_texture_of_bytes_is_refused(blender, scene_of_all, example, browser, 
     tried = f"(() => {{ try {{ prt.prt.setSky({bytes_of}); }} catch (error) {{ return error.message; }} }})()"
     [message] = browser.open(page_of(example, glb, tmp_path / "three.html"), [tried], WIDTH, HEIGHT)
     assert message == "A sky is a texture of floats or half floats."
+
+
+def test_a_file_without_transport_is_drawn_as_ever(blender, stage, scene, example, browser, tmp_path):
+    """Nothing is taken over, and nothing breaks when the sky is turned."""
+    stage.object_of("Cube", stage.cube(), stage.diffuse())
+    camera = blender.data.objects.new("Camera", blender.data.cameras.new("Camera"))
+    camera.location = (0.0, 0.0, 8.0)
+    scene.collection.objects.link(camera)
+    glb = tmp_path / "plain.glb"
+    blender.ops.export_scene.gltf(filepath=str(glb), export_cameras=True)
+    steps = ["prt.prt.count", "prt.prt.rotation = 1.0", f"prt.radiance({WIDTH}, {HEIGHT})"]
+    count, _, frame = browser.open(page_of(example, glb, tmp_path / "three.html"), steps, WIDTH, HEIGHT)
+    assert count == 0 and 0.0 < (frame.reshape(-1, 4)[:, 3] > 0.999).mean() < 1.0
