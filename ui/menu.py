@@ -28,6 +28,8 @@ GROUPS = (
         ("prt.remove_shading", "REMOVE"),
         ("prt.add_reflections", "MOD_MIRROR"),
         ("prt.remove_reflections", "X"),
+        ("prt.add_energy_compensation", "NODE_MATERIAL"),
+        ("prt.remove_energy_compensation", "X"),
         ("prt.freeze", "FREEZE"),
     ),
     (
