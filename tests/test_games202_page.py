@@ -312,7 +312,7 @@ class Seen:
         self.colours = COLOUR * (transport @ self.light).reshape(-1, 3, 3)
         self.eye, self.axes = np.array(eye), np.array(axes)
         rays = rays_of_pixels(self.axes).reshape(-1, 3)
-        distance, self.hit, _ = first_hits(self.triangles, np.broadcast_to(self.eye, rays.shape), rays)
+        distance, self.hit, self.weights = first_hits(self.triangles, np.broadcast_to(self.eye, rays.shape), rays)
         self.covered, self.rays = np.isfinite(distance), rays
         self.places = self.eye + np.where(self.covered, distance, 0.0)[:, None] * rays
         corners = self.triangles[self.hit]
@@ -343,8 +343,15 @@ def test_light_of_the_screen_is_numpys(browser, served, exported):
     found = probed(browser, served, FLOATS + REFLECTION_PROBE, SIZE=SIZE, STEP=STEP, RAYS=32)
     pictures = {name: np.array(pixels).reshape(-1, 4)[:, :3] for name, pixels in found["pictures"].items()}
     seen = Seen(folder, found["eye"], found["axes"])
+    check_direct_light(pictures, seen)
     check_reflections(pictures, seen)
     check_indirect_light(pictures, seen)
+
+
+def check_direct_light(pictures, seen):
+    """Of the G-buffer; but for pixels on an edge."""
+    expected = np.where(seen.covered[:, None], shown(seen.colours, seen.hit, seen.weights), 0.0)
+    assert (np.abs(pictures["direct"] - expected).max(axis=1) > 1e-3).mean() < 0.005
 
 
 def check_reflections(pictures, seen):

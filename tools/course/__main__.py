@@ -4,7 +4,7 @@
     python tools/course [--output FOLDER] [--pictures FOLDER]
 
 Writes the cube map, figure.obj, and for each mode light.txt, transport.txt and PRT_<mode>_<cube map>.png into the output
-(build/course), boxes.obj and its files, the tables and spheres of rough metal, and the pages docs/examples/games202, which
+(build/course), boxes.obj and its files, boxes on metal, the tables and spheres of rough metal, and the pages docs/examples/games202, which
 show all of that in a browser; the pictures into docs/pictures/course, too.
 """
 
@@ -25,6 +25,7 @@ import energy  # noqa: E402
 import figure  # noqa: E402
 import frames  # noqa: E402
 import headless  # noqa: E402
+import mirror  # noqa: E402
 from headless import bpy  # noqa: E402
 from PIL import Image  # noqa: E402
 from tqdm import tqdm  # noqa: E402
@@ -51,6 +52,7 @@ def main() -> None:
     try:
         made = homework(output) + energy.draw(output)
         write_boxes(output)
+        made.append(mirror.draw(output, output / "cubemap" / SKY))
     finally:
         headless.disable_extension()
     shutil.copytree(ROOT / "docs" / "examples" / "games202", output, dirs_exist_ok=True)

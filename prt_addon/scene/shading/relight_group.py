@@ -5,8 +5,9 @@ The light is turned by the world's Mapping node, and, where the mesh says that i
 axes, by the object itself.
 
 It hands out what the surfaces of a material are relit with: the light on a white one (Shading), whether there is transport
-(Baked), how much of what a mirror would see there is sky (Sky Seen), and what EEVEE's own light of the sky adds up to on
-both sides of a surface (Ambient), which `lamps_group` takes off. Base Color, Unbaked and Surface are a matte surface.
+(Baked), how much of what a mirror would see there is sky (Sky Seen; all, while EEVEE traces reflections), and what EEVEE's own
+light of the sky adds up to on both sides of a surface (Ambient), which `lamps_group` takes off. Base Color, Unbaked and Surface
+are a matte surface.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from ..light.drivers import STRENGTH, TURN
 from ..light.light import LIGHT
 
 GROUP = "PRT Relight"
-GROUP_VERSION = 4
+GROUP_VERSION = 5
 _VERSION = "prt_version"
 
 
@@ -50,7 +51,11 @@ _OUTPUTS = (
     ("Surface", "Shader", "A relit matte surface"),
     ("Shading", "Color", "The light that a white surface would show"),
     ("Baked", "Float", "1 where the mesh has transport, 0 where it has not"),
-    ("Sky Seen", "Float", "How much of what a mirror would see is sky, and not the scene: 0 to 1"),
+    (
+        "Sky Seen",
+        "Float",
+        "How much of what a mirror would see is sky, and not the scene: 0 to 1; 1 if EEVEE traces reflections",
+    ),
     ("Ambient", "Color", "What EEVEE's own light of the sky adds up to on both sides of a white surface"),
 )
 _SOCKETS = {(name, "INPUT") for name, _, _ in _INPUTS} | {(name, "OUTPUT") for name, _, _ in _OUTPUTS}
@@ -150,13 +155,24 @@ def _build(tree: bpy.types.NodeTree) -> None:
         "Surface": _matte(graph, group_input, shown, baked),
         "Shading": shown,
         "Baked": baked,
-        "Sky Seen": graph.math("MAXIMUM", sky_seen, older),
+        "Sky Seen": graph.math("MAXIMUM", graph.math("MAXIMUM", sky_seen, older), _traced(graph)),
         "Ambient": graph.vector("MULTIPLY_ADD", no_lamps, (_NO_LAMPS,) * 3, ambient),
     }
     graph.column()
     group_output = graph.add("NodeGroupOutput")
     for name, socket in results.items():
         graph.feed(group_output.inputs[name], socket)
+
+
+def _traced(graph: Graph) -> bpy.types.NodeSocket:
+    """1 while EEVEE traces reflections in the scene that is drawn: it finds by itself what hides the sky."""
+    node = graph.add("ShaderNodeValue", "Raytracing")
+    driver = graph.tree.driver_add(f'nodes["{node.name}"].outputs[0].default_value').driver
+    driver.type = "SUM"
+    variable = driver.variables.new()
+    variable.type = "CONTEXT_PROP"
+    variable.targets[0].context_property, variable.targets[0].data_path = "ACTIVE_SCENE", "eevee.use_raytracing"
+    return node.outputs[0]
 
 
 def _matte(
