@@ -15,8 +15,9 @@ vec2 equirect(vec3 w) {
  * average. The gloss' albedo is the fit of Karis 2014, "Physically Based Shading on Mobile", to the split sum of GGX.
  */
 export const GLSL_GLOSS = `
-in vec3 facing, spot;
-in float skySeen;
+centroid in vec3 facing;
+in vec3 spot;
+centroid in float skySeen;
 uniform vec4 eye;
 uniform mat3 toPicture;
 uniform sampler2D mirroredSky, glossTexture, normalTexture;
@@ -45,7 +46,8 @@ vec3 glossy(vec3 base, vec3 light) {
   metallic *= kind.x;
   rough *= kind.y;
 #endif
-  vec3 n = detailed(gl_FrontFacing ? normalize(facing) : -normalize(facing)), view = normalize(eye.xyz - eye.w * spot);
+  vec3 view = normalize(eye.xyz - eye.w * spot), n = detailed(gl_FrontFacing ? normalize(facing) : -normalize(facing));
+  n = normalize(n + max(0.001 - dot(n, view), 0.0) * view); // smooth normals look away along outlines
   vec4 r = rough * vec4(-1.0, -0.0275, -0.572, 0.022) + vec4(1.0, 0.0425, 1.04, -0.04);
   float grazing = min(r.x * r.x, exp2(-9.28 * abs(dot(n, view)))) * r.x + r.y;
   vec2 fit = vec2(-1.04, 1.04) * grazing + r.zw;

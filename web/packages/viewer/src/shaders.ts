@@ -31,10 +31,11 @@ uniform mat4 place, world;
 uniform mat3 normals, toTransport;
 uniform vec4 eye;
 uniform float directScale;
-out vec3 radiance;
+centroid out vec3 radiance; // within the triangle, also where only a part of a pixel is
 out vec2 place0, place1;
-out vec3 facing, spot;
-out float skySeen;
+centroid out vec3 facing;
+out vec3 spot;
+centroid out float skySeen;
 
 #ifdef SKY_SEEN
 // How much sky there is where a mirror looks: the direct transport along the mirrored view, by what it is in the open, as
@@ -66,7 +67,7 @@ void main() {
 }`;
 
 const SURFACE_FRAGMENT = `
-in vec3 radiance;
+centroid in vec3 radiance;
 in vec2 place0, place1;
 uniform vec4 colour, colourPlacing, emissionPlacing;
 uniform vec3 emission;
