@@ -31,7 +31,8 @@ def draw(folder: Path, faces: Path) -> Path:
     shoot()
     frames.use_cycles(scene)
     shoot()
-    (folder / "mirror.png").unlink()
+    for name in ("mirror.png", "mirror.exr"):
+        (folder / name).unlink()
     errors = [frames.relative_rms(ours, pixels[-1]) for ours in pixels[:2]]
     print(f"Metal floor: {errors[0]:.1%} from Cycles without reflections, {errors[1]:.1%} with")
     frames.side_by_side(shots).save(folder / "mirror.jpg", quality=88)
