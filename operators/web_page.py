@@ -29,6 +29,12 @@ class PRT_OT_export_web_page(WhenIdle, ExportHelper, bpy.types.Operator):
     bl_label = "Export Web Page"
 
     filename_ext = ".html"
+    filepath: StringProperty(  # type: ignore[valid-type]
+        name="File Path",
+        description="Where the page goes",
+        subtype="FILE_PATH",
+        options={"PATH_SUPPORTS_BLEND_RELATIVE"},  # without it Blender 5.2 crashes at a path that begins with //
+    )
     filter_glob: StringProperty(default="*.html", options={"HIDDEN"})  # type: ignore[valid-type]
 
     title: StringProperty(  # type: ignore[valid-type]
