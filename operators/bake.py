@@ -21,8 +21,8 @@ from ..prt_addon.scene.settings import (
     RunProperties,
     bake_settings,
     checkpoints,
+    light_settings,
     run_settings,
-    windowing,
 )
 from ..prt_addon.session import session
 from ..prt_addon.worker.job import Job, bake_job, running_job
@@ -66,7 +66,7 @@ class WholeBakeOperator(JobOperator, BakeProperties, LightProperties):
         self._bake = whole = WholeBake(
             context,
             settings,
-            windowing(scene, self) if self.update_light else None,
+            light_settings(scene, self) if self.update_light else None,
             self.update_shading,
             objects,
         )

@@ -9,7 +9,7 @@ from bpy.props import BoolProperty, EnumProperty, IntProperty, StringProperty
 from ..prt_addon.core.sky.cube_layout import face_of
 from ..prt_addon.core.sky.cube_map import FACES, project_cubemap, to_equirect, with_light
 from ..prt_addon.scene.light import light
-from ..prt_addon.scene.settings import LightProperties, absolute_path, windowing
+from ..prt_addon.scene.settings import LightProperties, absolute_path, light_settings
 from ..prt_addon.scene.sky import cube_maps, projection, sky
 from .folder import FolderBrowser, folder_property
 from .reporting import reports_errors
@@ -67,7 +67,7 @@ class PRT_OT_import_cubemap(FolderBrowser, LightProperties, bpy.types.Operator):
         world = cube_maps.set_up_world(context.scene, source.stem or "Cube Map", with_light(picture, whole))
         here = sky.read_sky(context.scene)
         by = f"Six faces of {size} x {size} texels light the scene as world '{world.name}'"
-        projected = projection.projected(here, whole, by, windowing(context.scene, self))
+        projected = projection.projected(here, whole, by, light_settings(context.scene, self))
         light.write_light(here, projected)
         for sentence in projected.sentences:
             self.report({"INFO"}, sentence)

@@ -5,7 +5,7 @@ import bpy
 from bpy.props import IntProperty
 
 from ..prt_addon.scene.light import keyframes, light
-from ..prt_addon.scene.settings import LightProperties, windowing
+from ..prt_addon.scene.settings import LightProperties, light_settings
 from ..prt_addon.scene.sky import projection, sky
 from .reporting import reports_errors
 from .stepwise import Steps, StepwiseOperator
@@ -22,7 +22,7 @@ class PRT_OT_project_light(LightProperties, bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         here = sky.read_sky(context.scene)
         light.check_world(here.holder)
-        projected = projection.project(here, windowing(context.scene, self))
+        projected = projection.project(here, light_settings(context.scene, self))
         light.write_light(here, projected)
         for sentence in projected.sentences:
             self.report({"INFO"}, sentence)
@@ -60,7 +60,7 @@ class PRT_OT_keyframe_light(StepwiseOperator, LightProperties, bpy.types.Operato
         first = self.frame_start if given("frame_start") else scene.frame_start
         last = self.frame_end if given("frame_end") else scene.frame_end
         frames = keyframes.keyframes(first, last, self.step)
-        return Steps(keyframes.keyframe(scene, frames, windowing(scene, self)), len(frames))
+        return Steps(keyframes.keyframe(scene, frames, light_settings(scene, self)), len(frames))
 
     def _end(self, context: bpy.types.Context) -> None:
         world = context.scene.world.name

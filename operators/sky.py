@@ -7,7 +7,7 @@ import bpy
 from bpy.props import EnumProperty
 
 from ..prt_addon.scene.light import light
-from ..prt_addon.scene.settings import LightProperties, windowing
+from ..prt_addon.scene.settings import LightProperties, light_settings
 from ..prt_addon.scene.sky import projection, sky
 from ..prt_addon.scene.sky.studio import studio_skies, use_studio_sky
 from .reporting import reports_errors
@@ -32,7 +32,7 @@ class PRT_OT_use_sky(LightProperties, bpy.types.Operator):
             light.check_world(context.scene.world)
         use_studio_sky(context.scene, self.sky)
         here = sky.read_sky(context.scene)
-        projected = projection.project(here, windowing(context.scene, self))
+        projected = projection.project(here, light_settings(context.scene, self))
         light.write_light(here, projected)
         for sentence in projected.sentences:
             self.report({"INFO"}, sentence)

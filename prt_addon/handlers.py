@@ -23,18 +23,19 @@ from .scene.light.light import (
     has_light,
     is_keyframed,
     is_projected,
+    light_settings_of,
     mend_drivers,
-    windowing_of,
     write_light,
 )
 from .scene.light.state import light_state, note_repainted
 from .scene.material.reading import PART
 from .scene.mesh.carrier import put_away, transport_mesh
 from .scene.mesh.layers import is_baked
+from .scene.shading.helper_groups import renew_lamps_group
 from .scene.shading.probe import is_probe
 from .scene.shading.shading import follow_group, follow_surface
 from .scene.shading.surface_nodes import lamps_shine
-from .scene.sky.projection import Windowing, project
+from .scene.sky.projection import LightSettings, project
 from .scene.sky.sky import lighting_world, objects_seen, read_world
 from .session import session
 from .worker.job import end_engine, running_job
@@ -160,8 +161,8 @@ def _project(world: bpy.types.World, now: bpy.types.World) -> None:
         return
     session.projecting = True
     try:
-        windowing = windowing_of(world) if is_projected(world) else Windowing()
-        projection = project(read_world(now, world), windowing)
+        settings = light_settings_of(world) if is_projected(world) else LightSettings()
+        projection = project(read_world(now, world), settings)
         write_light(
             read_world(now.original, world), projection, insert=False
         )  # no nodes turn up under the hands of who edits them
@@ -187,8 +188,15 @@ def _on_load(_path: str) -> None:
 
 
 @persistent
+def _on_loaded(path: str) -> None:
+    """Another file is open: what depends on the version of Blender is made anew."""
+    renew_lamps_group()
+    _on_other_data(path)
+
+
+@persistent
 def _on_other_data(_scene: bpy.types.Scene | str) -> None:
-    """Another file is open, or a step was undone: panels look again."""
+    """What is open has changed, or a step was undone: panels look again."""
     glances.forget()
 
 
@@ -203,7 +211,7 @@ _HANDLERS = (
     (bpy.app.handlers.depsgraph_update_post, _on_edit),
     (bpy.app.handlers.frame_change_post, _on_frame),
     (bpy.app.handlers.load_pre, _on_load),
-    (bpy.app.handlers.load_post, _on_other_data),
+    (bpy.app.handlers.load_post, _on_loaded),
     (bpy.app.handlers.undo_post, _on_other_data),
     (bpy.app.handlers.redo_post, _on_other_data),
 )

@@ -168,9 +168,9 @@ def test_the_panel_says_what_will_be_baked(blender, scene, stage, panel):
     assert said(blender.context) == "1 selected mesh"
 
 
-def test_the_panel_says_that_another_window_is_set(blender, scene, stage, panel):
+def test_the_panel_says_that_other_settings_are_set(blender, scene, stage, panel):
     """Only where it matters: the cutoff does to two of the windows."""
-    another = panel("light").another_window
+    another = panel("light").made_otherwise
     stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
     scene.prt.window = "HANN"
     assert not another(scene)

@@ -214,7 +214,7 @@ def test_the_window_shows_another_scene_when_a_bake_ends(blender, part, scene, s
     inputs, whole_bake = part("problem"), part("whole_bake")
     settings = inputs.BakeSettings(mode="UNSHADOWED")
     ball.modifiers.new("Finer", "SUBSURF")
-    whole = whole_bake.WholeBake(blender.context, settings, part("projection").Windowing(), True)
+    whole = whole_bake.WholeBake(blender.context, settings, part("projection").LightSettings(), True)
     results = part("bake").bake(whole.plan.problem)
     blender.ops.scene.new(type="NEW")
     other = blender.context.scene

@@ -44,7 +44,7 @@ def draw(folder: Path) -> list[Path]:
     set_up_render(scene)
     settings = part("core.problem").BakeSettings("INTERREFLECTED", SAMPLES)
     whole = part("scene.bake.whole_bake").WholeBake(
-        bpy.context, settings, part("scene.sky.projection").Windowing(), True
+        bpy.context, settings, part("scene.sky.projection").LightSettings(), True
     )
     run, pictures = part("core.bake.run").DEFAULT_RUN, []
     for preview in part("core.bake.previews").previews(whole.plan.problem, run):

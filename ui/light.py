@@ -38,9 +38,10 @@ def draw_light(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     column.prop(settings, "window")
     if settings.window in _WITH_CUTOFF:
         column.prop(settings, "cutoff")
-    if another_window(context.scene):
+    column.prop(settings, "lamps")
+    if made_otherwise(context.scene):
         remedy = "keyframe the light again" if light.is_keyframed(world) else "project the world"
-        draw_text(context, layout.column(align=True), f"Another window is set: {remedy}.", "INFO")
+        draw_text(context, layout.column(align=True), f"Other settings are set: {remedy}.", "INFO")
     if light.has_light(world):
         followed = light.followed(world)
         for socket, name in ((followed.rotation, "Rotation"), (followed.strength, "Strength")):
@@ -59,13 +60,14 @@ def _has_sky(world: bpy.types.World | None) -> bool:
     return any(node.bl_idname in {"ShaderNodeTexEnvironment", "ShaderNodeTexSky"} for node in nodes)
 
 
-def another_window(scene: bpy.types.Scene) -> bool:
-    """Whether the light of the scene's world was made with another window than the next one will be."""
+def made_otherwise(scene: bpy.types.Scene) -> bool:
+    """Whether the light of the scene's world was made with other settings than the next one will be."""
     world, settings = scene.world, scene.prt
     if not light.has_light(world) or not light.is_projected(world):
         return False
-    done = light.windowing_of(world)
-    return settings.window != done.window or (settings.window in _WITH_CUTOFF and settings.cutoff != done.cutoff)
+    done = light.light_settings_of(world)
+    other = settings.window != done.window or settings.lamps != done.lamps
+    return other or (settings.window in _WITH_CUTOFF and settings.cutoff != done.cutoff)
 
 
 CLASSES = (PRT_PT_light,)

@@ -12,7 +12,7 @@ from ..core.bake.run import MEMORY, Run
 from ..core.errors import PRTError
 from ..core.problem import MOST_BOUNCES, MOST_SAMPLES, BakeSettings
 from ..core.sphere.sh import ORDER
-from .sky.projection import Windowing
+from .sky.projection import LightSettings
 
 _MIB = 1 << 20
 
@@ -110,6 +110,15 @@ WINDOWS = [
 ]
 
 
+LAMPS = [
+    ("NONE", "None", "Suns and lamps of the sky stay a soft glow"),
+    ("ONE", "One", "The brightest spot: a sun"),
+    ("FOUR", "Up to 4", "The four brightest spots"),
+    ("EIGHT", "Up to 8", "The eight brightest spots: EEVEE takes longer for each"),
+    ("AUTO", "Automatic", "As few as show the sky well, four at most"),
+]
+
+
 class LightProperties:
     """Mixin of how the world is projected."""
 
@@ -122,6 +131,12 @@ class LightProperties:
         default=ORDER + 1.0,
         min=1.0,
         soft_max=10.0,
+    )
+    lamps: EnumProperty(  # type: ignore[valid-type]
+        name="Extract Lamps",
+        description="Which spots of the sky, such as suns, light baked surfaces in EEVEE as lamps with sharp shadows",
+        items=LAMPS,
+        default="AUTO",
     )
 
 
@@ -240,13 +255,13 @@ def scene_settings(scene: bpy.types.Scene) -> BakeSettings:
     return BakeSettings(**{name: getattr(scene.prt, name) for name in BakeProperties.__annotations__})
 
 
-def windowing(scene: bpy.types.Scene, operator: bpy.types.Operator) -> Windowing:
+def light_settings(scene: bpy.types.Scene, operator: bpy.types.Operator) -> LightSettings:
     """What to do against ringing: the operator's own properties where they were given, the scene's where not.
 
     Raises:
         PRTError: if the cutoff is no number, which scripts can set.
     """
-    found = Windowing(**_values(LightProperties, scene.prt, operator))
+    found = LightSettings(**_values(LightProperties, scene.prt, operator))
     if not found.cutoff >= 1.0:
         raise PRTError(f"A window's cutoff is at least 1, not {found.cutoff}: set another, then project.")
     return found

@@ -95,7 +95,7 @@ def test_a_world_that_was_swapped_during_the_bake_gives_its_own_light(blender, p
     stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
     stage.object_of("Cube", stage.cube())
     settings, whole = part("problem").BakeSettings("UNSHADOWED"), part("whole_bake").WholeBake
-    bake = whole(blender.context, settings, part("projection").Windowing())
+    bake = whole(blender.context, settings, part("projection").LightSettings())
     former, scene.world = scene.world, blender.data.worlds.new("Other")
     stage.environment(stage.picture("Other", stage.six_coloured_sky(16)[::-1]))
     bake.write(blender.context, part("bake").bake(bake.plan.problem))
@@ -383,7 +383,7 @@ def test_a_group_whose_sockets_are_gone_is_built_anew(blender, part, scene, stag
     stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
     stage.object_of("Ball", stage.icosphere(1), stage.diffuse())
     blender.ops.prt.bake(mode="UNSHADOWED")
-    whole = {"Base Color", "Unbaked", "Surface", "Shading", "Baked", "Sky Seen", "Ambient"}
+    whole = {"Base Color", "Unbaked", "Surface", "Shading", "Baked", "Sky Seen"}
     for name in ("Base Color", "Shading"):
         [group] = [tree for tree in blender.data.node_groups if "prt_version" in tree]
         item = next(item for item in group.interface.items_tree if item.name == name)

@@ -3,10 +3,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import bpy
 
+from ...core.sky.lamps import Lamps
 from ..blender.modes import by_uid
 from ..blender.nodes import feeding_socket
 from ..light import light
@@ -59,7 +60,7 @@ class LentLight:
 
 
 def lend(sky: Sky, projection: Projection) -> LentLight:
-    """Light a world that has no light yet. Errors as those of `write_light`."""
+    """Light a world that has no light yet, without lamps: suns glow in previews. Errors as those of `write_light`."""
     world, tree = sky.holder, sky.world.node_tree
     animated, before = world.animation_data is not None, {node.name for node in tree.nodes}
     entry, coordinate = sky.entry, feeding_socket(sky.entry) if sky.entry else None
@@ -67,7 +68,7 @@ def lend(sky: Sky, projection: Projection) -> LentLight:
         _named(entry) if entry else ("", ""),
         _named(coordinate) if coordinate else None,
     )
-    light.write_light(sky, projection)
+    light.write_light(sky, replace(projection, lamps=Lamps()))
     inserted = tuple(node.name for node in tree.nodes if node.name not in before)
     return LentLight(world.session_uid, animated, sky.world.session_uid, inserted, *names)
 

@@ -26,7 +26,7 @@ from ..mesh.meshes import positions
 from ..shading import shading
 from ..sky import sky
 from ..sky.identity import identity
-from ..sky.projection import Projection, Windowing, project
+from ..sky.projection import LightSettings, Projection, project
 from . import choose, freshness, lent_light
 from .before import Before, take_back
 from .coarse import coarse_objects
@@ -57,7 +57,7 @@ class WholeBake:
         self,
         context: bpy.types.Context,
         settings: BakeSettings,
-        projected: Windowing | None = None,
+        projected: LightSettings | None = None,
         with_shading: bool = False,
         objects: Sequence[bpy.types.Object] | None = None,
     ) -> None:
@@ -85,7 +85,7 @@ class WholeBake:
         context.view_layer.update()  # what reading has left to evaluate is no edit
         session.shapes_changed, self._as_read = False, True
 
-    def _project(self, context: bpy.types.Context, windowing: Windowing) -> None:
+    def _project(self, context: bpy.types.Context, light_settings: LightSettings) -> None:
         """Project the world. What keeps it from that keeps nothing else from being baked."""
         name = context.scene.world.name if context.scene.world else ""
         try:
@@ -94,7 +94,7 @@ class WholeBake:
             if why := light.why_it_stays(here.holder):
                 self._notes.append(f"The light of world '{name}' {why}, and stays: Project World replaces it.")
             else:
-                self._light = project(here, windowing)
+                self._light = project(here, light_settings)
             if here.is_uniform:
                 self._about_light.append(Notice(_UNIFORM, name))
         except PRTError as error:
@@ -196,7 +196,7 @@ class WholeBake:
         if here and self._light:
             light.check_world(here.holder)
             if identity(here) != self._light.identity:  # the world was edited, or is another, since the bake began
-                self._light = project(here, self._light.windowing)
+                self._light = project(here, self._light.settings)
         with object_mode(context):
             for ob, one in found:
                 _check_unchanged(ob, one)

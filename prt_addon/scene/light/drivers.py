@@ -3,15 +3,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import bpy
 import numpy as np
 
 from ..sky.sky import Sky
 
 TURN = ("prt_turn_x", "prt_turn_y", "prt_turn_z")
-"""Column k of the rotation R under which a direction w looks up the sky at R w."""
+"""Column k of the rotation R under which a direction w looks up the sky at R w; then 1 and one channel of the colour that all lamps of
+the sky have: what shaders read of a light without lamps is 1."""
 STRENGTH = "prt_strength"
-"""Three times what scales the light, and whether lamps light relit surfaces, 0 or 1."""
+"""Three times what scales the light; then 0 where no lamps light relit surfaces, else by what band 1 of the light is to be multiplied to
+be that of EEVEE's own, which knows no window; negative where EEVEE's own light of the sky lacks what lamps of the sky show."""
 DRIVEN = (*TURN, STRENGTH)
 """Custom properties of the world that carries the light."""
 
@@ -33,15 +37,11 @@ _SUN_TURN = (
 
 
 def follow(sky: Sky, mapping: bpy.types.Node | None) -> None:
-    """Write turn and strength, and have them follow the sky's nodes.
+    """Have turn and strength follow the sky's nodes.
 
     Args:
         mapping: the node that turns the sky; None if there is none.
     """
-    world = sky.holder
-    for name, axis in zip(TURN, np.eye(3), strict=True):
-        world[name] = axis.tolist()
-    write_strength(world, lamps=True)
     if mapping:
         rotation = _socket_path(mapping.inputs["Rotation"])
         angles = {axis: f"{rotation}[{i}]" for i, axis in enumerate("xyz")}
@@ -59,13 +59,62 @@ def follow(sky: Sky, mapping: bpy.types.Node | None) -> None:
             _drive(sky, STRENGTH, index, "s", {"s": _socket_path(sky.strength)})
 
 
-def write_strength(world: bpy.types.World, lamps: bool) -> None:
-    """Store strength 1.
+def write_rest(world: bpy.types.World, colour: Sequence[float] = (0.0, 0.0, 0.0), lamps: float = 0.0) -> None:
+    """Store no turn and strength 1.
 
     Args:
-        lamps: whether lamps light relit surfaces: only if EEVEE's own light of the sky is the light that is stored.
+        colour: of the lamps of the sky.
+        lamps: the last of the strength; 0 unless EEVEE's own light of the sky is the light that is stored.
     """
-    world[STRENGTH] = [1.0, 1.0, 1.0, float(lamps)]
+    for name, axis, channel in zip(TURN, np.eye(3), colour, strict=True):
+        world[name] = [*axis.tolist(), 1.0 + channel]
+    world[STRENGTH] = [1.0, 1.0, 1.0, lamps]
+
+
+def drive_rotation(ob: bpy.types.Object, sky: Sky, mapping: bpy.types.Node | None) -> None:
+    """Turn an object as a sky turns: by R^T, in Euler angles.
+
+    Args:
+        mapping: the node that turns the sky; None if there is none.
+    """
+    ob.driver_remove("rotation_euler")
+    inverse = mapping is not None and mapping.vector_type == "TEXTURE"
+    ob.rotation_mode, ob.rotation_euler = "XYZ" if inverse else "ZYX", (0.0, 0.0, 0.0)
+    if mapping:
+        rotation = _socket_path(mapping.inputs["Rotation"])
+        for index in range(3):
+            driver = _scripted(ob, "rotation_euler", index)
+            _read(driver, "a", sky.world, f"{rotation}[{index}]")
+            driver.expression = "a" if inverse else "-a"
+    elif sky.sun:  # a node's setting cannot be read from another data-block: the turn it drives can
+        driver = _scripted(ob, "rotation_euler", 2)
+        _read(driver, "c", sky.holder, f'["{TURN[0]}"][0]')
+        _read(driver, "s", sky.holder, f'["{TURN[0]}"][1]')
+        driver.expression = "-atan2(s,c)"
+
+
+def drive_energy(lamp: bpy.types.Light, path: str, world: bpy.types.World) -> None:
+    """Have a lamp's energy follow a property of its own, times the strength of a world's light."""
+    driver = _scripted(lamp, "energy")
+    _read(driver, "e", lamp, path)
+    _read(driver, "s", world, f'["{STRENGTH}"][0]')
+    driver.expression = "e*s"
+
+
+def _scripted(block: bpy.types.ID, path: str, index: int = -1) -> bpy.types.Driver:
+    """A new driver of a property, or of one of its numbers."""
+    driver: bpy.types.Driver = block.driver_add(path, index).driver
+    driver.type = "SCRIPTED"
+    return driver
+
+
+def _read(driver: bpy.types.Driver, name: str, block: bpy.types.ID, path: str) -> None:
+    """Give a driver a variable that reads a property."""
+    variable = driver.variables.new()
+    variable.name = name
+    target = variable.targets[0]
+    target.id_type = "WORLD" if isinstance(block, bpy.types.World) else "LIGHT"
+    target.id, target.data_path = block, path
 
 
 def _some_number(sun: bpy.types.Node) -> bpy.types.NodeSocket:
@@ -74,15 +123,10 @@ def _some_number(sun: bpy.types.Node) -> bpy.types.NodeSocket:
 
 
 def _drive(sky: Sky, name: str, index: int, expression: str, variables: dict[str, str]) -> None:
-    driver = sky.holder.driver_add(f'["{name}"]', index).driver
-    driver.type = "SCRIPTED"
+    driver = _scripted(sky.holder, f'["{name}"]', index)
     for variable_name, path in variables.items():
-        if variable_name not in expression:
-            continue
-        variable = driver.variables.new()
-        variable.name = variable_name
-        target = variable.targets[0]
-        target.id_type, target.id, target.data_path = "WORLD", sky.world, path
+        if variable_name in expression:
+            _read(driver, variable_name, sky.world, path)
     driver.expression = expression
 
 

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 import bpy
 
 from ...core.errors import LightError
-from ..sky.projection import Windowing, project
+from ..sky.projection import LightSettings, project
 from ..sky.sky import read_sky
 from .light import keyframe_light, mark_keyframed, unmark_keyframed, write_light
 
@@ -25,7 +25,7 @@ def keyframes(first: int, last: int, step: int) -> list[int]:
     return sorted({*range(first, last + 1, step), last})
 
 
-def keyframe(scene: bpy.types.Scene, frames: list[int], windowing: Windowing) -> Generator[None]:
+def keyframe(scene: bpy.types.Scene, frames: list[int], settings: LightSettings) -> Generator[None]:
     """Project the scene's world at some frames, ascending, and keyframe its light there; the scene stays at its frame.
 
     Rotation and strength are followed live, as always.
@@ -44,7 +44,7 @@ def keyframe(scene: bpy.types.Scene, frames: list[int], windowing: Windowing) ->
     with _browsing(scene, frames[0], frames[-1]):
         for frame in frames:
             scene.frame_set(frame)
-            projections.append(project(read_sky(scene), windowing))
+            projections.append(project(read_sky(scene), settings))
             yield
     write_light(read_sky(scene), projections[0])
     mark_keyframed(scene.world, frames[0], frames[-1])

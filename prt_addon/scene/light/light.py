@@ -22,9 +22,10 @@ from ...core.sphere.rotation import rotation_matrix
 from ..blender.libraries import check_own, is_own
 from ..blender.nodes import feeding_socket
 from ..blender.versions import refuse_newer, version_of
-from ..sky.projection import Projection, Windowing
+from ..sky.projection import LightSettings, Projection
 from ..sky.sky import Sky
-from .drivers import DRIVEN, STRENGTH, TURN, follow, remove_drivers, write_strength
+from .drivers import DRIVEN, STRENGTH, TURN, follow, remove_drivers, write_rest
+from .lamps import place_lamps, remove_lamps, turn_lamps
 
 Array = npt.NDArray[np.float64]
 
@@ -62,9 +63,12 @@ def write_light(sky: Sky, projection: Projection, insert: bool = True) -> None:
     """
     world = sky.holder
     check_world(world)
-    remove_light(world)
+    _remove_properties(world)
     mapping = sky.mapping or (insert_mapping(sky.entry) if insert and sky.entry else None)
-    store_light(world, projection.light)
+    lamps = projection.lamps
+    taken = lamps.light() * sh.per_coefficient(projection.factors)
+    store_light(world, projection.light, taken)
+    write_rest(world, lamps.colour if lamps.lamps else (0.0,) * 3, _light_of_eevee(sky, projection))
     world[RECORD] = {
         "version": LIGHT_VERSION,
         "order": sh.ORDER,
@@ -72,13 +76,22 @@ def write_light(sky: Sky, projection: Projection, insert: bool = True) -> None:
         "strength": sky.strength.node.name if sky.strength else "",
         **({SOURCE: sky.world.name} if sky.world.name != world.name else {}),
         **asdict(projection.identity),
-        **asdict(projection.windowing),
+        **asdict(projection.settings),
         "factors": projection.factors.tolist(),
         "negative": list(projection.negative),
     }
     _keep_sun_in_sky(sky.world, world[RECORD])
     follow(sky, mapping)
+    place_lamps(sky, lamps, mapping)
     world.update_tag()
+
+
+def _light_of_eevee(sky: Sky, projection: Projection) -> float:
+    """The last of the strength: see `drivers`. Without lamps of the sky, nothing says what EEVEE lacks of one with a Sun Disc."""
+    band_1 = float(projection.factors[1])
+    if not band_1 or (sky.has_sun_disc and not projection.lamps.lamps):
+        return 0.0
+    return (-1.0 if sky.has_sun_disc else 1.0) / band_1
 
 
 def _keep_sun_in_sky(source: bpy.types.World, record: Any) -> None:
@@ -106,6 +119,7 @@ _KINDS: dict[str, type | tuple[type, ...]] = {
     "strength": str,
     "window": str,
     "cutoff": (int, float),
+    "lamps": str,
     REPAINTED: str,
     SOURCE: str,
     SUN: (int, float),
@@ -122,26 +136,38 @@ def read_record(world: bpy.types.World) -> Mapping[str, Any]:
     return record if fits and not isinstance(frames, str) and hasattr(frames, "__len__") and len(frames) == 2 else {}
 
 
-def windowing_of(world: bpy.types.World) -> Windowing:
-    """With what the world's light was windowed."""
+def light_settings_of(world: bpy.types.World) -> LightSettings:
+    """How the world's light was projected."""
     record = read_record(world)
-    return Windowing(record["window"], record["cutoff"])
+    return LightSettings(record["window"], record["cutoff"], record.get("lamps", "NONE"))
 
 
-def store_light(world: bpy.types.World, light: Array) -> None:
-    """Write (9, 3) coefficients as the world's custom properties."""
-    for name, rgb in zip(LIGHT, light, strict=True):
-        world[name] = [float(channel) for channel in rgb]
+def store_light(world: bpy.types.World, light: Array, lamps: Array | None = None) -> None:
+    """Write coefficients as the world's custom properties.
+
+    Args:
+        light: (9, 3).
+        lamps: (9,) what lamps show of it, before their colour.
+    """
+    for name, rgb, part in zip(LIGHT, light, np.zeros(len(LIGHT)) if lamps is None else lamps, strict=True):
+        world[name] = [*(float(channel) for channel in rgb), float(part)]
 
 
 def read_light(world: bpy.types.World) -> Array:
     """The stored (9, 3) light of a world that `has_light`."""
-    return np.array([list(world[name]) for name in LIGHT])
+    return np.array([list(world[name])[:3] for name in LIGHT])
+
+
+def read_lamps(world: bpy.types.World) -> Array:
+    """(9, 3) what of the stored light of a world that `has_light` lamps show instead."""
+    if any(len(world[name]) < 4 for name in (*LIGHT, *TURN)):
+        return np.zeros((len(LIGHT), 3))
+    return np.multiply.outer([world[name][3] for name in LIGHT], [world[name][3] - 1.0 for name in TURN])
 
 
 def read_turn(world: bpy.types.World) -> Array:
     """The (3, 3) rotation R that the drivers hold: the sky seen along w is the picture's along R w."""
-    return np.array([list(world[name]) for name in TURN]).T
+    return np.array([list(world[name])[:3] for name in TURN]).T
 
 
 def strength_of(world: bpy.types.World) -> float:
@@ -169,9 +195,7 @@ def write_still_light(world: bpy.types.World, light: Array) -> None:
     check_world(world)
     remove_light(world)
     store_light(world, light)
-    for name, axis in zip(TURN, np.eye(3), strict=True):
-        world[name] = axis.tolist()
-    write_strength(world, lamps=False)
+    write_rest(world)
     world[RECORD] = {"version": LIGHT_VERSION, "order": sh.ORDER}
     world.update_tag()
 
@@ -198,14 +222,14 @@ def has_light(world: bpy.types.World | None) -> bool:
     """Whether a world carries a whole SH light: with a turn and a strength, and of numbers."""
     return (
         world is not None
-        and all(_is_vector(world.get(name)) for name in (*LIGHT, *TURN))
+        and all(_is_vector(world.get(name), 3, 4) for name in (*LIGHT, *TURN))
         and (isinstance(world.get(STRENGTH), (int, float)) or _is_vector(world.get(STRENGTH), 4))
     )
 
 
-def _is_vector(value: object, length: int = 3) -> bool:
+def _is_vector(value: object, *lengths: int) -> bool:
     """Whether a custom property holds so many numbers."""
-    return hasattr(value, "typecode") and value.typecode in "fdi" and len(value) == length  # type: ignore[arg-type]
+    return hasattr(value, "typecode") and value.typecode in "fdi" and len(value) in lengths  # type: ignore[arg-type]
 
 
 def is_projected(world: bpy.types.World) -> bool:
@@ -253,11 +277,17 @@ def mend_drivers(sky: Sky) -> bool:
     record["mapping"] = node.name if node else ""
     record["strength"] = sky.strength.node.name if sky.strength else ""
     follow(sky, sky.mapping)
+    turn_lamps(sky)
     return True
 
 
 def remove_light(world: bpy.types.World) -> bool:
-    """Remove light, record, drivers and keyframes from a world; True if there was any. An added Mapping node stays."""
+    """Remove light, lamps, record, drivers and keyframes from a world; True if there was any. An added Mapping node stays."""
+    remove_lamps(world)
+    return _remove_properties(world)
+
+
+def _remove_properties(world: bpy.types.World) -> bool:
     remove_drivers(world)
     _remove_keyframes(world)
     source, threshold = source_of(world), read_record(world).get(SUN)

@@ -12,10 +12,15 @@ import bpy
 
 from ..blender.libraries import is_own
 from ..blender.nodes import Graph
+from ..light.drivers import STRENGTH, TURN
+from ..light.light import LIGHT
 from ..material.reading import PART
+from .light_nodes import Y_0, Y_1, less_colour, turned_vector
 
 _VERSION = "prt_helper_version"
-_CURRENT = 1
+_LIMITS_LENGTH = bpy.app.version >= (5, 1, 0)
+"""What EEVEE limits of the light of the sky: see `_ambient`."""
+_CURRENT = 3 if _LIMITS_LENGTH else 2
 
 
 _Sockets = dict[str, bpy.types.NodeSocket]
@@ -26,12 +31,19 @@ _LIGHT = {"Shading": "Color", "Lamps": "Color", "Sky Seen": "Float"}
 def lamps_group() -> bpy.types.NodeTree:
     """The light of lamps on a white diffuse surface, with their shadows.
 
-    EEVEE adds its own light of the sky to that of lamps, and a shader cannot have the one without the other. But the sky's is a
-    constant and a part that is linear in the normal: what the two sides of a surface get of it adds up to a constant, Ambient,
-    whatever the normal. What is left is what lamps send to both sides; those that shine on the back are shadowed by the
-    object itself.
+    EEVEE adds its own light of the sky to that of lamps, and a shader cannot have the one without the other. But its own is known:
+    bands 0 and 1 of the SH light, the second weakened until it does not outdo the first.
     """
-    return _group("PRT Lamps", {"Normal": "Vector", "Ambient": "Color"}, {"Lamps": "Color"}, _lamps)
+    return _group("PRT Lamps", {"Normal": "Vector"}, {"Lamps": "Color"}, _lamps)
+
+
+def renew_lamps_group() -> None:
+    """Replace the group of a file that another version of Blender saved, whose EEVEE has another light of the sky."""
+    older = [tree for tree in bpy.data.node_groups if tree.get(PART) == "PRT Lamps" and is_own(tree)]
+    for tree in older:
+        if tree.get(_VERSION) != _CURRENT:
+            tree.user_remap(lamps_group())
+            bpy.data.node_groups.remove(tree)
 
 
 def diffuse_group() -> bpy.types.NodeTree:
@@ -91,16 +103,58 @@ def _lamps(graph: Graph, given: _Sockets) -> _Sockets:
     fed = graph.vector("DOT_PRODUCT", given["Normal"], given["Normal"])  # 0 where nothing is linked to it
     own = graph.add("ShaderNodeNewGeometry").outputs["Normal"]
     normal = graph.mixed(graph.math("GREATER_THAN", fed, 0.0), own, given["Normal"])
-    sides = []
-    for sign in (1.0, -1.0):
-        diffuse, light = graph.add("ShaderNodeBsdfDiffuse"), graph.add("ShaderNodeShaderToRGB")
-        diffuse.inputs["Color"].default_value = (1.0, 1.0, 1.0, 1.0)
-        graph.feed(diffuse.inputs["Normal"], graph.vector("MULTIPLY", normal, (sign,) * 3))
-        graph.feed(light.inputs[0], diffuse.outputs[0])
-        sides.append(light.outputs["Color"])
+    diffuse, light = graph.add("ShaderNodeBsdfDiffuse"), graph.add("ShaderNodeShaderToRGB")
+    diffuse.inputs["Color"].default_value = (1.0, 1.0, 1.0, 1.0)
+    graph.feed(diffuse.inputs["Normal"], normal)
+    graph.feed(light.inputs[0], diffuse.outputs[0])
     graph.column()
-    lamps = graph.vector("SUBTRACT", graph.vector("ADD", *sides), given["Ambient"])
-    return {"Lamps": graph.vector("MAXIMUM", lamps, (0.0, 0.0, 0.0))}
+    strength = graph.attribute(STRENGTH, "VIEW_LAYER")
+    ambient = graph.vector("MULTIPLY", _ambient(graph, normal, strength.outputs["Alpha"]), strength.outputs["Fac"])
+    lamps = graph.vector("SUBTRACT", light.outputs["Color"], ambient)
+    allowed = graph.math("GREATER_THAN", graph.math("ABSOLUTE", strength.outputs["Alpha"]), 0.0)
+    return {"Lamps": graph.vector("MULTIPLY", graph.vector("MAXIMUM", lamps, (0.0, 0.0, 0.0)), allowed)}
+
+
+def _ambient(graph: Graph, normal: bpy.types.NodeSocket, lamps: bpy.types.NodeSocket) -> bpy.types.NodeSocket:
+    """What EEVEE lights a white diffuse surface with where no lamp shines: `Y_0 L_0 + 2/3 w Y_1 L_1`.
+
+    The weight w is 1, or by what EEVEE scales band 1 so that of no channel it exceeds band 0: before 5.1 by its largest coefficient in the
+    world's axes, `Y_1 |L_1m| <= Y_0 L_0`; since then by its length, `|L_1| <= 3/4 L_0`. Measured on eight skies, to 1 %.
+
+    Args:
+        lamps: the last of the strength, see `light.drivers`.
+    """
+    turn, light = ([graph.attribute(name, "VIEW_LAYER") for name in names] for names in (TURN, LIGHT[:4]))
+    axes = [node.outputs["Vector"] for node in turn]
+    graph.column()
+    unseen = graph.vector("MULTIPLY", less_colour(graph, turn), graph.math("LESS_THAN", lamps, 0.0))
+    mean, *band = (
+        graph.vector("MULTIPLY_ADD", unseen, node.outputs["Alpha"], node.outputs["Vector"]) for node in light
+    )
+    graph.column()
+    unwindowed = graph.math("ABSOLUTE", lamps)
+    y, z, x = (graph.vector("MULTIPLY", one, unwindowed) for one in turned_vector(graph, band, axes))
+    graph.column()
+    most = _length(graph, x, y, z) if _LIMITS_LENGTH else _largest(graph, x, y, z)
+    room = graph.components(graph.vector("DIVIDE", mean, graph.vector("MAXIMUM", most, (1e-8,) * 3)))
+    least = graph.math("MINIMUM", graph.math("MINIMUM", *room[:2]), room[2])
+    weight = graph.math("MINIMUM", graph.math("MULTIPLY", least, 0.75 if _LIMITS_LENGTH else Y_0 / Y_1), 1.0)
+    graph.column()
+    directed = graph.weighted_sum(list(zip((x, y, z), graph.components(normal), strict=True)))
+    directed = graph.vector("MULTIPLY", directed, graph.math("MULTIPLY", weight, Y_1 * 2.0 / 3.0))
+    return graph.vector("MULTIPLY_ADD", mean, (Y_0,) * 3, directed)
+
+
+def _length(graph: Graph, *vectors: bpy.types.NodeSocket) -> bpy.types.NodeSocket:
+    """Root of the sum of squares, channel by channel."""
+    squares = graph.weighted_sum([(one, one) for one in vectors])
+    return graph.vector("POWER", squares, (0.5,) * 3)
+
+
+def _largest(graph: Graph, *vectors: bpy.types.NodeSocket) -> bpy.types.NodeSocket:
+    """Largest absolute value, channel by channel."""
+    first, second, third = (graph.vector("ABSOLUTE", one) for one in vectors)
+    return graph.vector("MAXIMUM", graph.vector("MAXIMUM", first, second), third)
 
 
 def _diffuse(graph: Graph, given: _Sockets) -> _Sockets:

@@ -2,7 +2,7 @@
 """The "PRT Relight" node group: transport from the mesh, light from the world, turned and multiplied in the shader.
 
 The light is turned by the world's Mapping node, and, where the mesh says that its transport is in its object's own
-axes, by the object itself.
+axes, by the object itself. What lamps show of the sky leaves the direct light; what they send on by bounces stays.
 
 It hands out what the surfaces of a material are relit with: the light on a white one (Shading), whether there is transport
 (Baked), how much of what a mirror would see there is sky (Sky Seen; all, while EEVEE traces reflections), and what EEVEE's own
@@ -12,17 +12,17 @@ are a matte surface.
 
 from __future__ import annotations
 
-from math import pi, sqrt
+from math import pi
 
 import bpy
 
 from ...core.layout import BAKED_BELOW, LAYERS, OWN_AXES_BELOW
-from ...core.sphere import sh
 from ..blender.libraries import is_own
 from ..blender.nodes import Graph
 from ..blender.versions import refuse_newer, version_of
 from ..light.drivers import STRENGTH, TURN
 from ..light.light import LIGHT
+from .light_nodes import Y_0, Y_1, less_colour, second_band, turned_form, turned_vector
 
 GROUP = "PRT Relight"
 GROUP_VERSION = 5
@@ -56,14 +56,8 @@ _OUTPUTS = (
         "Float",
         "How much of what a mirror would see is sky, and not the scene: 0 to 1; 1 if EEVEE traces reflections",
     ),
-    ("Ambient", "Color", "What EEVEE's own light of the sky adds up to on both sides of a white surface"),
 )
 _SOCKETS = {(name, "INPUT") for name, _, _ in _INPUTS} | {(name, "OUTPUT") for name, _, _ in _OUTPUTS}
-
-_NO_LAMPS = 1e9
-"""Taken off by `lamps_group`, it leaves nothing."""
-
-_Y_0, _Y_1 = sqrt(1.0 / (4.0 * pi)), sqrt(3.0 / (4.0 * pi))
 
 _BANDS_SEEN = (1.0, 1.0, 0.75)
 """Weights of the bands in what a mirror sees: order 2 rings less with the last one damped."""
@@ -130,8 +124,8 @@ def _build(tree: bpy.types.NodeTree) -> None:
     graph = Graph(tree)
     group_input = graph.add("NodeGroupInput")
     layers = [graph.attribute(name, "GEOMETRY") for name in LAYERS]
-    light = [graph.attribute(name, "VIEW_LAYER").outputs["Vector"] for name in LIGHT]
-    axes = [graph.attribute(name, "VIEW_LAYER").outputs["Vector"] for name in TURN]
+    light_nodes, turn_nodes = ([graph.attribute(name, "VIEW_LAYER") for name in names] for names in (LIGHT, TURN))
+    light, axes = ([node.outputs["Vector"] for node in nodes] for nodes in (light_nodes, turn_nodes))
     strength = graph.attribute(STRENGTH, "VIEW_LAYER")
     graph.column()
     baked, own_axes, older = _marks(graph, layers)
@@ -139,16 +133,14 @@ def _build(tree: bpy.types.NodeTree) -> None:
     object_axes = _object_axes(graph)
     axes = [graph.mixed(own_axes, *pair) for pair in zip(axes, _turned_axes(graph, axes, object_axes), strict=True)]
     graph.column()
-    turned = [light[0], *_turned_vector(graph, light[1:4], axes), *_turned_form(graph, light[4:9], axes)]
-    graph.column()
-    radiance = graph.weighted_sum(
-        [(layer.outputs["Vector"], value) for layer, value in zip(layers, turned, strict=True)]
-    )
+    transport, direct = [layer.outputs["Vector"] for layer in layers], _direct(graph, layers, own_axes)
+    radiance = _received(graph, transport, _turned(graph, light, axes))
+    lamps = _turned(graph, [node.outputs["Alpha"] for node in light_nodes], axes)
+    of_lamps = graph.mixed(older, _received(graph, direct, lamps), _received(graph, transport, lamps))
+    radiance = graph.vector("MULTIPLY_ADD", of_lamps, less_colour(graph, turn_nodes), radiance)
     shown = graph.vector("MULTIPLY", _without_negatives(graph, radiance), strength.outputs["Fac"])
     graph.column()
-    sky_seen = _sky_seen(graph, layers, own_axes, object_axes)
-    ambient = graph.vector("MULTIPLY", light[0], graph.math("MULTIPLY", strength.outputs["Fac"], 2.0 * _Y_0))
-    no_lamps = graph.math("SUBTRACT", 1.0, strength.outputs["Alpha"])
+    sky_seen = _sky_seen(graph, direct, own_axes, object_axes)
 
     graph.column()
     results = {
@@ -156,7 +148,6 @@ def _build(tree: bpy.types.NodeTree) -> None:
         "Shading": shown,
         "Baked": baked,
         "Sky Seen": graph.math("MAXIMUM", graph.math("MAXIMUM", sky_seen, older), _traced(graph)),
-        "Ambient": graph.vector("MULTIPLY_ADD", no_lamps, (_NO_LAMPS,) * 3, ambient),
     }
     graph.column()
     group_output = graph.add("NodeGroupOutput")
@@ -204,9 +195,30 @@ def _marks(graph: Graph, layers: list[bpy.types.Node]) -> list[bpy.types.NodeSoc
     return [graph.math("MAXIMUM", current, older), graph.math("MAXIMUM", own, older_own), older]
 
 
+def _direct(graph: Graph, layers: list[bpy.types.Node], own_axes: bpy.types.NodeSocket) -> list[bpy.types.NodeSocket]:
+    """The nine coefficients of direct transport, without the mark in the first, as `core.layout` has it."""
+    first = graph.math("ADD", layers[0].outputs["Alpha"], graph.math("ADD", own_axes, 1.0))
+    return [first, *(layer.outputs["Alpha"] for layer in layers[1:])]
+
+
+def _turned(
+    graph: Graph, light: list[bpy.types.NodeSocket], axes: list[bpy.types.NodeSocket]
+) -> list[bpy.types.NodeSocket]:
+    """The nine coefficients of a light, turned."""
+    return [light[0], *turned_vector(graph, light[1:4], axes), *turned_form(graph, light[4:9], axes)]
+
+
+def _received(
+    graph: Graph, transport: list[bpy.types.NodeSocket], light: list[bpy.types.NodeSocket]
+) -> bpy.types.NodeSocket:
+    """Transport times light, summed."""
+    graph.column()
+    return graph.weighted_sum(list(zip(transport, light, strict=True)))
+
+
 def _sky_seen(
     graph: Graph,
-    layers: list[bpy.types.Node],
+    direct: list[bpy.types.NodeSocket],
     own_axes: bpy.types.NodeSocket,
     object_axes: list[bpy.types.NodeSocket],
 ) -> bpy.types.NodeSocket:
@@ -225,30 +237,19 @@ def _sky_seen(
     x, y, z = graph.components(graph.mixed(own_axes, mirrored, own.outputs[0]))
     cosine = graph.math("ABSOLUTE", graph.vector("DOT_PRODUCT", normal, view))
 
-    first = graph.math("ADD", layers[0].outputs["Alpha"], graph.math("ADD", own_axes, 1.0))
-    seen = graph.math("MULTIPLY", first, _Y_0 * _BANDS_SEEN[0])
-    for layer, value in zip(layers[1:4], (y, z, x), strict=True):
-        weighted = graph.math("MULTIPLY", value, _Y_1 * _BANDS_SEEN[1])
-        seen = graph.math("MULTIPLY_ADD", layer.outputs["Alpha"], weighted, seen)
-    for layer, value in zip(layers[4:], _second_band(graph, x, y, z), strict=True):
+    seen = graph.math("MULTIPLY", direct[0], Y_0 * _BANDS_SEEN[0])
+    for coefficient, value in zip(direct[1:4], (y, z, x), strict=True):
+        weighted = graph.math("MULTIPLY", value, Y_1 * _BANDS_SEEN[1])
+        seen = graph.math("MULTIPLY_ADD", coefficient, weighted, seen)
+    for coefficient, value in zip(direct[4:], second_band(graph, x, y, z), strict=True):
         weighted = graph.math("MULTIPLY", value, _BANDS_SEEN[2])
-        seen = graph.math("MULTIPLY_ADD", layer.outputs["Alpha"], weighted, seen)
+        seen = graph.math("MULTIPLY_ADD", coefficient, weighted, seen)
 
     constant = (_BANDS_SEEN[0] - _BANDS_SEEN[2] * 5.0 / 8.0) / (4.0 * pi)
     linear, square = _BANDS_SEEN[1] * 2.0 / (4.0 * pi), _BANDS_SEEN[2] * 15.0 / 8.0 / (4.0 * pi)
     slope = graph.math("MULTIPLY_ADD", cosine, square, linear)
     share = graph.math("DIVIDE", seen, graph.math("MULTIPLY_ADD", cosine, slope, constant))
     return graph.math("MINIMUM", graph.math("MAXIMUM", share, 0.0), 1.0)
-
-
-def _second_band(graph: Graph, *direction: bpy.types.NodeSocket) -> list[bpy.types.NodeSocket]:
-    """The five functions of band 2 along a unit vector, in the order of `core.sphere.sh`."""
-    x, y, z = direction
-    products = [graph.math("MULTIPLY", *pair) for pair in ((x, y), (y, z), (z, x))]
-    xy, yz, zx = (graph.math("MULTIPLY", product, sh.K_XY) for product in products)
-    zz = graph.math("MULTIPLY_ADD", graph.math("MULTIPLY", z, z), 3.0 * sh.K_ZZ, -sh.K_ZZ)
-    difference = graph.math("SUBTRACT", graph.math("MULTIPLY", x, x), graph.math("MULTIPLY", y, y))
-    return [xy, yz, zz, zx, graph.math("MULTIPLY", difference, 0.5 * sh.K_XY)]
 
 
 def _without_negatives(graph: Graph, radiance: bpy.types.NodeSocket) -> bpy.types.NodeSocket:
@@ -281,48 +282,3 @@ def _turned_axes(
     components = [graph.components(axis) for axis in object_axes]
     graph.column()
     return [graph.weighted_sum(list(zip(axes, own, strict=True))) for own in components]
-
-
-def _turned_vector(
-    graph: Graph, band: list[bpy.types.NodeSocket], axes: list[bpy.types.NodeSocket]
-) -> list[bpy.types.NodeSocket]:
-    """Band 1, RGB vectors in the order y, z, x, turned: component i becomes `sum_k band_k (R e_i)_k`."""
-    x, y, z = band[2], band[0], band[1]
-    turned = []
-    for axis in axes:
-        weights = graph.components(axis)
-        turned.append(graph.weighted_sum(list(zip((x, y, z), weights, strict=True))))
-    return [turned[1], turned[2], turned[0]]
-
-
-def _turned_form(
-    graph: Graph, band: list[bpy.types.NodeSocket], axes: list[bpy.types.NodeSocket]
-) -> list[bpy.types.NodeSocket]:
-    """Band 2 as a symmetric form Q, one RGB vector per entry, turned to R^T Q R and read back.
-
-    The form is scaled by 2 / K_XY, so that its off-diagonal entries are the coefficients themselves.
-    """
-    xy, yz, zz, zx, xx = band
-    root3 = 1.0 / sqrt(3.0)  # 2 K_ZZ / K_XY
-    low = graph.vector("MULTIPLY", zz, (-root3,) * 3)
-    form = [
-        [graph.vector("ADD", low, xx), xy, zx],
-        [xy, graph.vector("SUBTRACT", low, xx), yz],
-        [zx, yz, graph.vector("MULTIPLY", low, (-2.0,) * 3)],
-    ]
-    graph.column()
-    columns = [graph.components(axis) for axis in axes]
-    half = [[graph.weighted_sum(list(zip(row, column, strict=True))) for row in form] for column in columns]
-    graph.column()
-
-    def entry(i: int, j: int) -> bpy.types.NodeSocket:
-        return graph.weighted_sum(list(zip(half[i], columns[j], strict=True)))
-
-    difference = graph.vector("SUBTRACT", entry(0, 0), entry(1, 1))
-    return [
-        entry(0, 1),
-        entry(1, 2),
-        graph.vector("MULTIPLY", entry(2, 2), (0.5 / root3,) * 3),
-        entry(0, 2),
-        graph.vector("MULTIPLY", difference, (0.5,) * 3),
-    ]

@@ -16,6 +16,7 @@ from ...core.errors import MeshError
 from ...core.notices import Kind, Notice
 from ..blender.libraries import check_own, is_own
 from ..blender.nodes import HAD_NO_NODES, feeding_socket, nodes_are_on, turn_nodes
+from ..light.lamps import follow_receivers
 from ..material.colour_nodes import add_part, remove_parts
 from ..material.reading import OURS, PART, Constant, has_surface, own_output, read_material
 from ..mesh.carrier import transport_mesh
@@ -132,6 +133,7 @@ def add_shading(objects: Iterable[bpy.types.Object], anew: bool = True) -> list[
         else:
             remove_from_material(material)
             notices += _add_to_material(material)
+    follow_receivers()
     return notices
 
 
@@ -148,6 +150,7 @@ def restore(materials: Iterable[bpy.types.Material], objects: Iterable[bpy.types
     removed = sum(map(remove_from_material, materials))
     for ob in objects:
         _empty_made_slots(ob)
+    follow_receivers()
     if removed:
         remove_unused_group()
     return removed

@@ -30,12 +30,11 @@ class RelightSockets:
 
     shading: bpy.types.NodeSocket
     sky_seen: bpy.types.NodeSocket
-    ambient: bpy.types.NodeSocket
 
 
 def sockets_of(group: bpy.types.Node) -> RelightSockets:
     """The outputs of a "PRT Relight" group node."""
-    return RelightSockets(*(group.outputs[name] for name in ("Shading", "Sky Seen", "Ambient")))
+    return RelightSockets(*(group.outputs[name] for name in ("Shading", "Sky Seen")))
 
 
 def build_surface(output: bpy.types.Node, relight: RelightSockets) -> bpy.types.NodeSocket | None:
@@ -193,7 +192,6 @@ class _Builder:
             part = add_part(self.tree, "ShaderNodeGroup")
             part.node_tree = lamps_group()
             self.feed(part.inputs["Normal"], normal)
-            self.feed(part.inputs["Ambient"], self.relight.ambient)
             self._lamps[key] = part.outputs["Lamps"]
         return self._lamps[key]
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From a sky to its SH light: the texels of its picture, or what Blender makes of its nodes; then a window."""
+"""From a sky to its SH light: the texels of its picture, or what Blender makes of its nodes; then a window, and lamps."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from ...core.sky.lamps import ENOUGH, Lamps, find_lamps
 from ...core.sky.projection import project_equirect, project_mirror_ball, without_broken
 from ...core.sphere import sh, window
 from ..blender.images import Undecodable, linear_pixels
@@ -20,29 +21,36 @@ Float32 = npt.NDArray[np.float32]
 
 
 @dataclass(frozen=True)
-class Windowing:
-    """What is done against ringing.
+class LightSettings:
+    """How a sky is projected.
 
-    window: NONE, HANN, LANCZOS, or AUTO: the mildest Hann window that leaves no negative light.
+    window: against ringing: NONE, HANN, LANCZOS, or AUTO: the mildest Hann window that leaves no negative light.
     cutoff: the first band that is gone; AUTO finds its own.
+    lamps: which spots are taken out: NONE, ONE, FOUR or EIGHT at most, or AUTO: the fewest up to four that bring the truncation low enough.
     """
 
     window: str = "NONE"
     cutoff: float = sh.ORDER + 1.0
+    lamps: str = "NONE"
+
+
+_MOST_LAMPS = {"NONE": 0, "ONE": 1, "AUTO": 4, "FOUR": 4, "EIGHT": 8}
 
 
 @dataclass(frozen=True)
 class Projection:
     """A sky as an SH light, unturned and at strength 1 where these are followed; and how it came about.
 
-    light: (9, 3), windowed.
+    light: (9, 3), windowed, with all that lamps stand for.
+    lamps: what is shown by lamps instead.
     factors: (3,), what the window left of each band.
     negative: share of the sphere, in [0, 1], on which a channel of the light is negative, before and after it.
     way: a sentence for the person.
     """
 
     light: Array
-    windowing: Windowing
+    lamps: Lamps
+    settings: LightSettings
     factors: Array
     negative: tuple[float, float]
     identity: SkyIdentity
@@ -50,37 +58,58 @@ class Projection:
 
     @property
     def sentences(self) -> list[str]:
-        """For the person: which way was taken, what is followed, and what the window did."""
-        if self.windowing.window == "NONE":
-            return [self.way]
-        kept = " and ".join(f"{factor:.0%}" for factor in self.factors[1:])
-        before, after = (f"{share:.1%}" for share in self.negative)
-        return [self.way, f"The window keeps {kept} of bands 1 and 2: {before} of the sky was negative, {after} is."]
+        """For the person: which way was taken, what is followed, which lamps were found, and what the window did."""
+        told = [self.way]
+        if count := len(self.lamps.lamps):
+            told.append(
+                f"{count} lamp{'s show' if count > 1 else ' shows'} {self.lamps.share:.0%} of the sky's light, with sharp shadows."
+            )
+        if self.settings.window != "NONE":
+            kept = " and ".join(f"{factor:.0%}" for factor in self.factors[1:])
+            before, after = (f"{share:.1%}" for share in self.negative)
+            told.append(f"The window keeps {kept} of bands 1 and 2: {before} of the sky was negative, {after} is.")
+        return told
 
 
-def project(sky: Sky, windowing: Windowing) -> Projection:
+def project(sky: Sky, settings: LightSettings) -> Projection:
     """Project a sky: all texels of a picture, or what Blender makes of the nodes.
 
     Raises:
         PictureError, LightError: if a picture cannot be read, or the world not be evaluated.
     """
-    return projected(sky, *_seen(sky), windowing)
+    light, way, picture = _seen(sky)
+    return projected(sky, light, way, settings, picture)
 
 
-def projected(sky: Sky, light: Array, by: str, windowing: Windowing) -> Projection:
-    """A light (9, 3) that was made of a sky, by what the sentence says, once windowed."""
-    if windowing.window == "AUTO":
+def projected(sky: Sky, light: Array, by: str, settings: LightSettings, picture: Float32 | None = None) -> Projection:
+    """A light (9, 3) that was made of a sky, by what the sentence says, once windowed and its lamps are found.
+
+    Args:
+        picture: (H, W, 3) equirectangular, what lamps are looked for in; looked at anew if None.
+    """
+    if settings.window == "AUTO":
         deringed = window.dering(light)
         kept, factors, negative = deringed.light, deringed.factors, (deringed.negative_before, deringed.negative_after)
     else:
-        factors = window.band_factors(windowing.window, windowing.cutoff)  # type: ignore[arg-type]
+        factors = window.band_factors(settings.window, settings.cutoff)  # type: ignore[arg-type]
         kept = window.windowed(light, factors)
         negative = (window.negative_share(light), window.negative_share(kept))
-    return Projection(kept, windowing, factors, negative, identity(sky), f"{by}; {sky.following}.")
+    return Projection(
+        kept, _lamps(sky, settings, picture), settings, factors, negative, identity(sky), f"{by}; {sky.following}."
+    )
 
 
-def _seen(sky: Sky) -> tuple[Array, str]:
-    """The light (9, 3), and how it was seen."""
+def _lamps(sky: Sky, settings: LightSettings, picture: Float32 | None) -> Lamps:
+    most = _MOST_LAMPS[settings.lamps]
+    if not most or sky.is_uniform:
+        return Lamps()
+    picture = sky_picture(sky) if picture is None else picture
+    found = find_lamps(picture, most, ENOUGH if settings.lamps == "AUTO" else 0.0)
+    return found if found.lamps or not sky.has_sun_disc else find_lamps(picture, 1)
+
+
+def _seen(sky: Sky) -> tuple[Array, str, Float32 | None]:
+    """The light (9, 3), how it was seen, and the equirectangular picture, if that was one."""
     found = _texels(sky)
     if sky.texture and found is not None:
         pixels, broken = found
@@ -88,10 +117,11 @@ def _seen(sky: Sky) -> tuple[Array, str]:
         smooth = sky.texture.interpolation != "Closest"
         light = project_mirror_ball(pixels) if ball else project_equirect(pixels, interpolated=smooth)
         way = f"Projected '{image.name}' into the light of world '{sky.world.name}'"
-        return light, way + _left_out(broken, pixels) + ("" if ball else _stretched(pixels))
+        way += _left_out(broken, pixels) + ("" if ball else _stretched(pixels))
+        return light, way, None if ball else pixels
     pixels, broken = without_broken(panorama(sky))
     way = f"Rendered world '{sky.world.name}' to a panorama and projected it"
-    return project_equirect(pixels), way + _left_out(broken, pixels)
+    return project_equirect(pixels), way + _left_out(broken, pixels), pixels
 
 
 def _left_out(broken: int, pixels: Float32) -> str:

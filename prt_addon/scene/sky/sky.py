@@ -83,6 +83,11 @@ class Sky:
         return list(_all_nodes(output, Wiring())) if output else []
 
     @property
+    def has_sun_disc(self) -> bool:
+        """Whether a Sky Texture shows its Sun Disc, which Cycles lights with and EEVEE does not (4.5 to 5.2)."""
+        return any(node.bl_idname == "ShaderNodeTexSky" and _shows_disc(node) for node in self.nodes)
+
+    @property
     def images(self) -> list[bpy.types.Image]:
         """All pictures among them."""
         return list(dict.fromkeys(node.image for node in self.nodes if getattr(node, "image", None)))
@@ -282,6 +287,11 @@ def _lone_sun(lookups: list[bpy.types.NodeSocket], world: bpy.types.World) -> bp
     if node is None or node.bl_idname != "ShaderNodeTexSky" or not lookups[0].is_output:
         return None
     return node if node.id_data == world.node_tree else None
+
+
+def _shows_disc(node: bpy.types.Node) -> bool:
+    """Whether a Sky Texture is of a type with a sun, and shows it: then it takes no Vector."""
+    return bool(node.sun_disc) and not node.inputs[0].enabled
 
 
 def _why_still(lookups: list[bpy.types.NodeSocket]) -> str:

@@ -234,7 +234,7 @@ def test_evaluation_leaves_no_trace(blender, part, scene, stage, monkeypatch, fa
         monkeypatch.setattr(part("panorama"), "layer_array", lambda *_: 1 / 0)
     sky, projection = part("sky"), part("projection")
     try:
-        projection.project(sky.read_sky(scene), projection.Windowing())
+        projection.project(sky.read_sky(scene), projection.LightSettings())
     except ZeroDivisionError:
         assert fails
     assert everything() == before
@@ -276,7 +276,7 @@ def test_a_sun_turns_the_light(blender, part, scene, stage, light, state):
         turned = light.shown_light(world)
         unfollowed = part("sky").read_sky(scene)
         object.__setattr__(unfollowed, "sun", None)  # Cycles is asked for the sky as it is turned
-        truth = part("projection").project(unfollowed, part("projection").Windowing()).light
+        truth = part("projection").project(unfollowed, part("projection").LightSettings()).light
         np.testing.assert_allclose(turned, truth, atol=5e-3 * np.abs(truth).max())
     sky.sun_rotation = 0.0
     sky.keyframe_insert("sun_rotation", frame=1)

@@ -190,7 +190,7 @@ def test_small_sun_is_found(part, scene):
         value = node.outputs["Value"]
     tree.links.new(value, background.inputs["Color"])  # a disc, and another behind
     sky, projection, sh = part("sky"), part("projection"), part("sh")
-    light = projection.project(sky.read_sky(scene), projection.Windowing()).light
+    light = projection.project(sky.read_sky(scene), projection.LightSettings()).light
     height = 1 - np.cos(radius)
     cap = 2 * np.pi * height * np.array([1, 0, (1 - height) * (2 - height) / 2])
     wanted = 1e5 * 2 * sh.basis(towards) * sh.per_coefficient(cap)  # both: odd bands cancel

@@ -18,7 +18,7 @@ def texture(sky):
 
 
 def light_of(part, scene):
-    return part("projection").project(part("sky").read_sky(scene), part("projection").Windowing()).light
+    return part("projection").project(part("sky").read_sky(scene), part("projection").LightSettings()).light
 
 
 def state(part, scene):

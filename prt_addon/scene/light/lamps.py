@@ -1,0 +1,161 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Lamps that EEVEE lights baked surfaces with in place of spots of the sky: suns in the collection "PRT Lamps".
+
+They hang on an Empty which the sky's nodes turn by drivers, and follow the strength of the light, without Python. Cycles sees the
+sky itself, so that their nodes emit nothing there. Unbaked surfaces get all of EEVEE's own light of the sky, so that the lamps
+are linked to baked ones. EEVEE's gloss mirrors the sky with all its spots, so that the lamps make none.
+"""
+
+from __future__ import annotations
+
+import bpy
+from mathutils import Vector
+
+from ...core.sky.lamps import Lamp, Lamps
+from ..blender.libraries import is_own
+from ..material.reading import OURS
+from ..mesh.carrier import is_carrier, transport_mesh
+from ..mesh.layers import is_baked
+from ..sky.sky import Sky
+from .drivers import drive_energy, drive_rotation
+
+NAME = "PRT Lamps"
+_OF = "prt_lamps_of"
+"""Custom property of a collection of lamps: the world whose they are."""
+_RECEIVERS = "PRT Lamp Receivers"
+_IRRADIANCE = "prt_irradiance"
+"""Custom property of a lamp: of the sun's at strength 1."""
+_NEITHER = ("specular_factor", "volume_factor", "transmission_factor")
+"""What a lamp lights besides diffuse surfaces: that is lit by the sky."""
+
+
+def place_lamps(sky: Sky, lamps: Lamps, mapping: bpy.types.Node | None) -> None:
+    """Have lamps stand for spots of a sky, in all scenes of the world that carries its light; those of before are used again.
+
+    Args:
+        mapping: the node that turns the sky; None if there is none.
+    """
+    world = sky.holder
+    scenes = [scene for scene in bpy.data.scenes if scene.world == world and is_own(scene)]
+    _put_out_others(scenes, world)
+    if not lamps.lamps:
+        remove_lamps(world)
+        return
+    collection = lamps_of(world) or _new_collection(world)
+    empty = _empty(collection)
+    drive_rotation(empty, sky, mapping)
+    suns = [ob for ob in collection.objects if ob.type == "LIGHT"]
+    _remove(suns[len(lamps.lamps) :])
+    for number, lamp in enumerate(lamps.lamps):
+        _set(suns[number] if number < len(suns) else _new_sun(collection, empty, world), lamp, lamps.colour)
+    for scene in scenes:
+        if collection.name not in scene.collection.children:
+            scene.collection.children.link(collection)
+    follow_receivers()
+
+
+def _put_out_others(scenes: list[bpy.types.Scene], world: bpy.types.World) -> None:
+    """Take the lamps of worlds that lit scenes before out of these."""
+    for scene in scenes:
+        for collection in list(scene.collection.children):
+            if collection.get(_OF, world) != world:
+                scene.collection.children.unlink(collection)
+
+
+def remove_lamps(world: bpy.types.World) -> None:
+    """Remove the lamps of a world."""
+    collection = lamps_of(world)
+    if collection is None:
+        return
+    _remove(list(collection.objects))
+    bpy.data.collections.remove(collection)
+    receivers = _receivers()
+    if receivers and not receivers.users:
+        bpy.data.collections.remove(receivers)
+
+
+def turn_lamps(sky: Sky) -> None:
+    """Have the lamps of a sky, if it has any, turned by the node that turns it now."""
+    if collection := lamps_of(sky.holder):
+        drive_rotation(_empty(collection), sky, sky.mapping)
+
+
+def lamps_of(world: bpy.types.World) -> bpy.types.Collection | None:
+    """The collection of a world's lamps; None if it has none."""
+    return next((one for one in bpy.data.collections if is_own(one) and one.get(_OF) == world), None)
+
+
+def follow_receivers() -> None:
+    """Link all lamps of skies to what shows baked light now, and to nothing else."""
+    receivers = _receivers()
+    if receivers is None:
+        return
+    wanted = {ob for ob in bpy.data.objects if ob.type == "MESH" and not is_carrier(ob) and _shows_baked_light(ob)}
+    lit = {ob for ob in receivers.objects if ob.type == "MESH"}
+    for ob in lit - wanted:
+        receivers.objects.unlink(ob)
+    for ob in wanted - lit:
+        receivers.objects.link(ob)
+
+
+def _shows_baked_light(ob: bpy.types.Object) -> bool:
+    trees = (slot.material.node_tree for slot in ob.material_slots if slot.material)
+    return is_baked(transport_mesh(ob)) and any(OURS in node for tree in trees if tree for node in tree.nodes)
+
+
+def _receivers() -> bpy.types.Collection | None:
+    return next((one for one in bpy.data.collections if _RECEIVERS in one and is_own(one)), None)
+
+
+def _new_collection(world: bpy.types.World) -> bpy.types.Collection:
+    collection = bpy.data.collections.new(NAME)
+    collection[_OF] = world
+    return collection
+
+
+def _empty(collection: bpy.types.Collection) -> bpy.types.Object:
+    """What turns the lamps of a collection. It is a receiver, too: linked to an empty collection, lamps would light everything."""
+    empty = next((ob for ob in collection.objects if ob.type == "EMPTY"), None)
+    if empty is None:
+        empty = bpy.data.objects.new(NAME, None)
+        empty.empty_display_size, empty.hide_select = 0.25, True
+        collection.objects.link(empty)
+    receivers = _receivers()
+    if receivers is None:
+        receivers = bpy.data.collections.new(_RECEIVERS)
+        receivers[_RECEIVERS] = True
+    if empty.name not in receivers.objects:
+        receivers.objects.link(empty)
+    return empty
+
+
+def _new_sun(collection: bpy.types.Collection, empty: bpy.types.Object, world: bpy.types.World) -> bpy.types.Object:
+    data = bpy.data.lights.new("PRT Lamp", "SUN")
+    for factor in _NEITHER:
+        setattr(data, factor, 0.0)
+    data.use_shadow_jitter = True  # discs cast soft shadows
+    if data.node_tree is None:  # before 5.1
+        data.use_nodes = True
+    for node in data.node_tree.nodes:
+        if node.bl_idname == "ShaderNodeEmission":
+            node.inputs["Strength"].default_value = 0.0  # for Cycles: EEVEE does not look at a lamp's nodes
+    data[_IRRADIANCE] = 0.0
+    drive_energy(data, f'["{_IRRADIANCE}"]', world)
+    sun = bpy.data.objects.new("PRT Lamp", data)
+    sun.parent, sun.hide_select, sun.rotation_mode = empty, True, "QUATERNION"
+    sun.light_linking.receiver_collection = _receivers()
+    collection.objects.link(sun)
+    return sun
+
+
+def _set(sun: bpy.types.Object, lamp: Lamp, colour: tuple[float, float, float]) -> None:
+    most = max(colour)
+    sun.rotation_quaternion = Vector(lamp.direction).to_track_quat("Z", "Y")
+    sun.data.angle = 2.0 * lamp.radius
+    sun.data.color = [channel / most for channel in colour]
+    sun.data[_IRRADIANCE] = lamp.irradiance * most
+
+
+def _remove(objects: list[bpy.types.Object]) -> None:
+    data = [ob.data for ob in objects if ob.data]
+    bpy.data.batch_remove(objects + data)

@@ -1,0 +1,166 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Lamps take the place of a sky's suns in EEVEE: against Cycles, which sees the sky itself; turned, found again, removed."""
+
+from math import radians
+
+import numpy as np
+import pytest
+
+RESOLUTION = 64
+SUN = np.array((0.5, -0.4, 0.7)) / np.linalg.norm((0.5, -0.4, 0.7))
+
+
+def sunny_sky(height=256):
+    """A blue sky, and a yellow sun of three degrees that sends as much light."""
+    row, column = np.mgrid[:height, : 2 * height] + 0.5
+    azimuth, elevation = np.pi * (1.0 - column / height), np.pi * (row / height - 0.5)
+    ring = np.cos(elevation)
+    w = np.stack([ring * np.cos(azimuth), ring * np.sin(azimuth), np.sin(elevation)], axis=-1)
+    sky = (1.0 + 0.5 * w[..., 2:]) * (0.3, 0.4, 0.6)
+    sky[w @ SUN > np.cos(radians(3.0))] += (300.0, 250.0, 150.0)
+    return sky.astype(np.float32)
+
+
+@pytest.fixture
+def sunny(blender, stage):
+    """A ball over a floor in the sun, from aslant; returns the Mapping node."""
+    _, mapping = stage.environment(stage.picture("Sunny", sunny_sky()), 0.5)
+    white = stage.diffuse("White", (0.8, 0.8, 0.8))
+    stage.object_of("Ball", stage.icosphere(4, 0.6), white, (0.0, 0.0, 1.2))
+    stage.object_of("Floor", stage.grid(40, 3.0), white)
+    stage.top_camera(4.0, RESOLUTION)
+    return mapping
+
+
+@pytest.fixture
+def error(blender, stage, tmp_path):
+    """Relative RMS of EEVEE's picture, from Cycles'."""
+
+    def measure():
+        blender.context.scene.cycles.max_bounces = 6
+        truth = stage.render(tmp_path / "truth.exr", "CYCLES", 128)[..., :3]
+        shown = stage.render(tmp_path / "shown.exr")[..., :3]
+        return np.sqrt(((shown - truth) ** 2).mean() / (truth**2).mean())
+
+    return measure
+
+
+def suns(blender):
+    return [ob for ob in blender.data.objects if ob.type == "LIGHT"]
+
+
+def bake(blender, **settings):
+    assert blender.ops.prt.bake(mode="INTERREFLECTED", bounces=4, samples=256, **settings) == {"FINISHED"}
+
+
+def test_a_sun_casts_a_sharp_shadow(blender, sunny, error):
+    """Less than half the error of nine coefficients; whichever way the sky is turned, and however strong it is."""
+    bake(blender, lamps="NONE")
+    soft = error()
+    assert not suns(blender)
+    blender.ops.prt.project_light(lamps="AUTO")
+    assert len(suns(blender)) == 1
+    assert error() < min(0.4 * soft, 0.07)
+    sunny.inputs["Rotation"].default_value = (0.4, -0.3, 2.0)
+    background = next(node for node in blender.context.scene.world.node_tree.nodes if node.type == "BACKGROUND")
+    background.inputs["Strength"].default_value = 1.5
+    assert error() < min(0.4 * soft, 0.07)
+
+
+@pytest.mark.slow
+def test_a_mapping_of_type_texture_turns_the_sun(blender, sunny, error):
+    sunny.vector_type, sunny.inputs["Rotation"].default_value = "TEXTURE", (0.4, -0.3, 2.0)
+    bake(blender, lamps="ONE")
+    assert error() < 0.07
+
+
+def test_objects_turn_in_the_sun(blender, part, sunny, error):
+    """Baked for their own axes, turned after the bake."""
+    ball, floor = (blender.data.objects[name] for name in ("Ball", "Floor"))
+    ball.prt.space = floor.prt.space = "OBJECT"
+    bake(blender, lamps="AUTO")
+    ball.rotation_euler = (0.4, 1.0, 0.2)
+    ball.location.x = 5.0  # the floor was baked without it
+    assert error() < 0.07
+
+
+def test_unbaked_surfaces_get_no_sun_twice(blender, stage, sunny, tmp_path):
+    """EEVEE's own light of the sky holds it."""
+    other = stage.object_of("Other", stage.grid(4, 0.4), stage.diffuse("Grey", (0.5, 0.5, 0.5)), (1.0, 1.0, 2.5))
+    blender.data.objects["Ball"].select_set(True)
+    bake(blender, lamps="NONE")
+    before = stage.render(tmp_path / "before.exr")
+    blender.ops.prt.project_light(lamps="AUTO")
+    after = stage.render(tmp_path / "after.exr")
+    points = stage.pixel_points(4.0, RESOLUTION)
+    there = (np.abs(points - (1.0, 1.0)) < 0.3).all(axis=-1)
+    np.testing.assert_allclose(after[there], before[there], rtol=1e-2)
+    assert other.name not in suns(blender)[0].light_linking.receiver_collection.objects
+
+
+def test_cycles_does_not_see_the_lamps(blender, stage, sunny, tmp_path):
+    before = stage.render(tmp_path / "before.exr", "CYCLES", 16)
+    bake(blender, lamps="AUTO")
+    after = stage.render(tmp_path / "after.exr", "CYCLES", 16)
+    assert abs(after[..., :3].mean() / before[..., :3].mean() - 1.0) < 5e-3
+
+
+def test_lamps_are_found_again_and_removed(blender, stage, sunny):
+    """The next projection uses them again; with the light they go, and nothing of them stays."""
+    collections, objects = len(blender.data.collections), len(blender.data.objects)
+    bake(blender, lamps="AUTO")
+    [sun] = suns(blender)
+    blender.ops.prt.project_light(lamps="AUTO")
+    assert suns(blender) == [sun]
+    blender.ops.prt.project_light(lamps="NONE")
+    assert not suns(blender)
+    blender.ops.prt.project_light(lamps="AUTO")
+    blender.ops.prt.remove()
+    assert (len(blender.data.collections), len(blender.data.objects)) == (collections, objects)
+    assert not blender.data.lights and "prt_turn_x" not in blender.context.scene.world
+
+
+def test_another_world_puts_the_lamps_out(blender, stage, sunny):
+    """They shine in the scenes of their own world alone."""
+    bake(blender, lamps="AUTO")
+    scene, other = blender.context.scene, blender.data.scenes.new("Other")
+    other.world = scene.world
+    blender.ops.prt.project_light(lamps="AUTO")
+    assert all(any("prt_lamps_of" in one for one in each.collection.children) for each in (scene, other))
+    stage.environment(stage.picture("Soft", stage.six_coloured_sky(32)))
+    blender.ops.prt.project_light(lamps="AUTO")
+    assert not any("prt_lamps_of" in one for one in scene.collection.children)
+    assert any("prt_lamps_of" in one for one in other.collection.children)
+
+
+def test_the_light_says_what_lamps_show(blender, part, sunny):
+    """What is stored for them is their share of the light; less it, the sky has no sun."""
+    blender.ops.prt.project_light(lamps="ONE")
+    light = part("light")
+    world = blender.context.scene.world
+    left = light.read_light(world) - light.read_lamps(world)
+    soft = sunny_sky()
+    soft[soft[..., 0] > 10.0] = 0.5
+    wanted = part("equirect_projection").project_equirect(soft)
+    assert np.abs(left - wanted).max() < 0.12 * wanted[0].max()
+    [sun] = suns(blender)
+    shown = np.array(sun.data.color) * sun.data.energy / light.strength_of(world)
+    direction = np.array(sun.matrix_world.to_3x3())[:, 2]
+    np.testing.assert_allclose(direction, SUN, atol=5e-3)
+    np.testing.assert_allclose(light.read_lamps(world)[0], shown * part("sh").basis(SUN[None], 0)[0], rtol=2e-3)
+
+
+def test_the_sun_of_a_sky_texture(blender, sunny, error):
+    """Its disc is half a degree wide, and turns by its own Sun Rotation."""
+    tree = blender.context.scene.world.node_tree
+    sky = tree.nodes.new("ShaderNodeTexSky")
+    sky.sky_type = "MULTIPLE_SCATTERING" if blender.app.version >= (5, 0, 0) else "NISHITA"
+    sky.sun_disc, sky.sun_elevation, sky.sun_rotation = True, radians(40.0), 0.3
+    background = next(node for node in tree.nodes if node.type == "BACKGROUND")
+    tree.links.new(sky.outputs[0], background.inputs["Color"])
+    background.inputs["Strength"].default_value = 0.02
+    bake(blender, lamps="AUTO")
+    assert len(suns(blender)) == 1
+    assert error() < 0.08
+    sky.sun_rotation = 2.0
+    assert error() < 0.08
