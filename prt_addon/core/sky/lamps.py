@@ -9,7 +9,7 @@ what lies between spots, stays in the SH light.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import pi
 
@@ -89,6 +89,41 @@ def find_lamps(picture: Float32, most: int, enough: float = 0.0) -> Lamps:
     counts = range(1, len(seeds) + 1) if enough else [len(seeds)]
     found = [_lamps(spots, seeds[:count]) for count in counts]
     return _fewest(picture, [Lamps(), *found], enough) if enough else found[-1]
+
+
+def in_pairs(found: Sequence[Sequence[Lamp]]) -> list[list[Lamp]]:
+    """Lamps of one moment after the other, in rows of equal length in which each is followed by the nearest.
+
+    What is not there at a moment is a lamp without light, where it was last seen, or will be seen first.
+    """
+    tracks: list[list[Lamp | None]] = []
+    for moment, lamps in enumerate(found):
+        free = list(range(len(tracks)))
+        for track in tracks:
+            track.append(None)
+        for lamp in lamps:
+            last = {number: _last(tracks[number]).direction @ lamp.direction for number in free}
+            if last:
+                number = max(last, key=lambda number: last[number])
+                free.remove(number)
+                tracks[number][moment] = lamp
+            else:
+                tracks.append([*([None] * moment), lamp])
+    whole = [_without_gaps(track) for track in tracks]
+    return [[track[moment] for track in whole] for moment in range(len(found))]
+
+
+def _last(track: Sequence[Lamp | None]) -> Lamp:
+    return next(lamp for lamp in reversed(track) if lamp)
+
+
+def _without_gaps(track: Sequence[Lamp | None]) -> list[Lamp]:
+    seen = replace(next(lamp for lamp in track if lamp), irradiance=0.0)
+    filled = []
+    for lamp in track:
+        seen = lamp or replace(seen, irradiance=0.0)
+        filled.append(seen)
+    return filled
 
 
 @dataclass(frozen=True)

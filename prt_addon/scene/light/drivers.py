@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import bpy
 import numpy as np
 
@@ -59,15 +57,14 @@ def follow(sky: Sky, mapping: bpy.types.Node | None) -> None:
             _drive(sky, STRENGTH, index, "s", {"s": _socket_path(sky.strength)})
 
 
-def write_rest(world: bpy.types.World, colour: Sequence[float] = (0.0, 0.0, 0.0), lamps: float = 0.0) -> None:
-    """Store no turn and strength 1.
+def write_rest(world: bpy.types.World, lamps: float = 0.0) -> None:
+    """Store no turn, no colour of lamps, and strength 1.
 
     Args:
-        colour: of the lamps of the sky.
         lamps: the last of the strength; 0 unless EEVEE's own light of the sky is the light that is stored.
     """
-    for name, axis, channel in zip(TURN, np.eye(3), colour, strict=True):
-        world[name] = [*axis.tolist(), 1.0 + channel]
+    for name, axis in zip(TURN, np.eye(3), strict=True):
+        world[name] = [*axis.tolist(), 1.0]
     world[STRENGTH] = [1.0, 1.0, 1.0, lamps]
 
 

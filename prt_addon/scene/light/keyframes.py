@@ -11,6 +11,7 @@ import bpy
 from ...core.errors import LightError
 from ..sky.projection import LightSettings, project
 from ..sky.sky import read_sky
+from .lamps import keyframe_lamps
 from .light import keyframe_light, mark_keyframed, unmark_keyframed, write_light
 
 
@@ -47,9 +48,11 @@ def keyframe(scene: bpy.types.Scene, frames: list[int], settings: LightSettings)
             projections.append(project(read_sky(scene), settings))
             yield
     write_light(read_sky(scene), projections[0])
+    sky = read_sky(scene)  # with the Mapping node that may have been inserted
     mark_keyframed(scene.world, frames[0], frames[-1])
     for frame, projection in zip(frames, projections, strict=True):
-        keyframe_light(scene.world, projection.light, frame)
+        keyframe_light(scene.world, projection, frame)
+    keyframe_lamps(sky, frames, [projection.lamps for projection in projections], sky.mapping)
     scene.frame_set(scene.frame_current, subframe=scene.frame_subframe)  # the light of this frame
 
 

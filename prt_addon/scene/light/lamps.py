@@ -8,10 +8,13 @@ are linked to baked ones. EEVEE's gloss mirrors the sky with all its spots, so t
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import bpy
 from mathutils import Vector
 
-from ...core.sky.lamps import Lamp, Lamps
+from ...core.sky.lamps import Lamp, Lamps, in_pairs
+from ..blender.animation import interpolate_linearly
 from ..blender.libraries import is_own
 from ..material.reading import OURS
 from ..mesh.carrier import is_carrier, transport_mesh
@@ -44,7 +47,7 @@ def place_lamps(sky: Sky, lamps: Lamps, mapping: bpy.types.Node | None) -> None:
     collection = lamps_of(world) or _new_collection(world)
     empty = _empty(collection)
     drive_rotation(empty, sky, mapping)
-    suns = [ob for ob in collection.objects if ob.type == "LIGHT"]
+    suns = suns_of(world)
     _remove(suns[len(lamps.lamps) :])
     for number, lamp in enumerate(lamps.lamps):
         _set(suns[number] if number < len(suns) else _new_sun(collection, empty, world), lamp, lamps.colour)
@@ -83,6 +86,34 @@ def turn_lamps(sky: Sky) -> None:
 def lamps_of(world: bpy.types.World) -> bpy.types.Collection | None:
     """The collection of a world's lamps; None if it has none."""
     return next((one for one in bpy.data.collections if is_own(one) and one.get(_OF) == world), None)
+
+
+def suns_of(world: bpy.types.World) -> list[bpy.types.Object]:
+    """The lamps of a world, the brightest spot's first."""
+    collection = lamps_of(world)
+    return [ob for ob in collection.objects if ob.type == "LIGHT"] if collection else []
+
+
+def keyframe_lamps(sky: Sky, frames: Sequence[int], found: Sequence[Lamps], mapping: bpy.types.Node | None) -> None:
+    """Have lamps go from frame to frame as they were found there: each to the nearest, in straight lines.
+
+    Args:
+        frames, found: of equal length.
+        mapping: as for `place_lamps`.
+    """
+    rows = in_pairs([lamps.lamps for lamps in found])
+    place_lamps(sky, Lamps(tuple(rows[0])), mapping)
+    suns = suns_of(sky.holder)
+    for frame, row, lamps in zip(frames, rows, found, strict=True):
+        for sun, lamp in zip(suns, row, strict=True):
+            before = sun.rotation_quaternion.copy()
+            _set(sun, lamp, lamps.colour)
+            sun.rotation_quaternion.make_compatible(before)
+            sun.keyframe_insert("rotation_quaternion", frame=frame)
+            for path in ("angle", "color", f'["{_IRRADIANCE}"]'):
+                sun.data.keyframe_insert(path, frame=frame)
+    for block in [*suns, *(sun.data for sun in suns)]:
+        interpolate_linearly(block)
 
 
 def follow_receivers() -> None:
@@ -157,5 +188,6 @@ def _set(sun: bpy.types.Object, lamp: Lamp, colour: tuple[float, float, float]) 
 
 
 def _remove(objects: list[bpy.types.Object]) -> None:
-    data = [ob.data for ob in objects if ob.data]
-    bpy.data.batch_remove(objects + data)
+    blocks = objects + [ob.data for ob in objects if ob.data]
+    animated = [block.animation_data for block in blocks if block.animation_data]
+    bpy.data.batch_remove(blocks + list({data.action for data in animated if data.action}))

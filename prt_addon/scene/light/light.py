@@ -19,6 +19,7 @@ import numpy.typing as npt
 from ...core.errors import LightError
 from ...core.sphere import sh
 from ...core.sphere.rotation import rotation_matrix
+from ..blender.animation import channels, interpolate_linearly
 from ..blender.libraries import check_own, is_own
 from ..blender.nodes import feeding_socket
 from ..blender.versions import refuse_newer, version_of
@@ -65,10 +66,8 @@ def write_light(sky: Sky, projection: Projection, insert: bool = True) -> None:
     check_world(world)
     _remove_properties(world)
     mapping = sky.mapping or (insert_mapping(sky.entry) if insert and sky.entry else None)
-    lamps = projection.lamps
-    taken = lamps.light() * sh.per_coefficient(projection.factors)
-    store_light(world, projection.light, taken)
-    write_rest(world, lamps.colour if lamps.lamps else (0.0,) * 3, _light_of_eevee(sky, projection))
+    write_rest(world, _light_of_eevee(sky, projection))
+    _store_projected(world, projection)
     world[RECORD] = {
         "version": LIGHT_VERSION,
         "order": sh.ORDER,
@@ -82,8 +81,16 @@ def write_light(sky: Sky, projection: Projection, insert: bool = True) -> None:
     }
     _keep_sun_in_sky(sky.world, world[RECORD])
     follow(sky, mapping)
-    place_lamps(sky, lamps, mapping)
+    place_lamps(sky, projection.lamps, mapping)
     world.update_tag()
+
+
+def _store_projected(world: bpy.types.World, projection: Projection) -> None:
+    """Write light, and what lamps show of it, with their colour."""
+    lamps = projection.lamps
+    store_light(world, projection.light, lamps.light() * sh.per_coefficient(projection.factors))
+    for name, channel in zip(TURN, lamps.colour if lamps.lamps else (0.0,) * 3, strict=True):
+        world[name][3] = 1.0 + channel
 
 
 def _light_of_eevee(sky: Sky, projection: Projection) -> float:
@@ -306,14 +313,17 @@ def remove_lights() -> None:
             remove_light(world)
 
 
-def keyframe_light(world: bpy.types.World, light: Array, frame: int) -> None:
-    """Store a light (9, 3) and keyframe it; between keyframes it goes in straight lines, as light adds up."""
-    store_light(world, light)
+def keyframe_light(world: bpy.types.World, projection: Projection, frame: int) -> None:
+    """Store a light and keyframe it; between keyframes it goes in straight lines, as light adds up."""
+    _store_projected(world, projection)
     for name in LIGHT:
         world.keyframe_insert(f'["{name}"]', frame=frame)
-    for curve in _light_curves(world):
-        for point in curve.keyframe_points:
-            point.interpolation = "LINEAR"
+    for name in TURN:
+        world.keyframe_insert(f'["{name}"]', index=3, frame=frame)
+    interpolate_linearly(world, _KEYFRAMED)
+
+
+_KEYFRAMED = {f'["{name}"]' for name in (*LIGHT, *TURN)}
 
 
 def mark_keyframed(world: bpy.types.World, first: int, last: int) -> bool:
@@ -346,20 +356,6 @@ def insert_mapping(entry: bpy.types.NodeSocket) -> bpy.types.Node:
 
 
 def _remove_keyframes(world: bpy.types.World) -> None:
-    channels = _channels(world)
-    for curve in _light_curves(world):
-        channels.remove(curve)
-
-
-def _light_curves(world: bpy.types.World) -> list[bpy.types.FCurve]:
-    paths = {f'["{name}"]' for name in LIGHT}
-    return [curve for curve in _channels(world) or () if curve.data_path in paths]
-
-
-def _channels(world: bpy.types.World) -> Any:
-    """The animation curves of a world; None if it has none."""
-    data = world.animation_data
-    if not data or not data.action or not data.action.layers:
-        return None
-    bag = data.action.layers[0].strips[0].channelbag(data.action_slot)
-    return bag.fcurves if bag else None
+    curves = channels(world)
+    for curve in [curve for curve in curves or () if curve.data_path in _KEYFRAMED]:
+        curves.remove(curve)

@@ -164,3 +164,31 @@ def test_the_sun_of_a_sky_texture(blender, sunny, error):
     assert error() < 0.08
     sky.sun_rotation = 2.0
     assert error() < 0.08
+
+
+def test_lamps_are_keyframed_with_the_light(blender, part, sunny, error):
+    """A sun that no driver can follow, painted anew for each frame by a keyframed mix of two skies."""
+    scene = blender.context.scene
+    tree = scene.world.node_tree
+    sky = tree.nodes.new("ShaderNodeTexSky")
+    sky.sky_type = "MULTIPLE_SCATTERING" if blender.app.version >= (5, 0, 0) else "NISHITA"
+    sky.sun_disc, sky.sun_rotation = True, 0.5
+    for frame, elevation in ((1, 60.0), (11, 30.0)):
+        sky.sun_elevation = radians(elevation)
+        sky.keyframe_insert("sun_elevation", frame=frame)
+    background = next(node for node in tree.nodes if node.type == "BACKGROUND")
+    tree.links.new(sky.outputs[0], background.inputs["Color"])
+    background.inputs["Strength"].default_value = 0.02
+    bake(blender, lamps="AUTO")
+    assert blender.ops.prt.keyframe_light(frame_start=1, frame_end=11, step=5, lamps="ONE") == {"FINISHED"}
+    [sun] = suns(blender)
+    for frame in (1, 6, 11):
+        scene.frame_set(frame)
+        height = np.degrees(np.arcsin(np.array(sun.matrix_world)[2, 2]))
+        lamps = part("light").read_lamps(scene.world)
+        np.testing.assert_allclose(np.linalg.norm(lamps[1:4], axis=0) / lamps[0], np.sqrt(3.0), rtol=1e-3)  # a point's
+        assert abs(np.degrees(np.arcsin(lamps[2, 0] / np.linalg.norm(lamps[1:4, 0]))) - height) < 0.5
+    assert 29.0 < height < 31.0
+    assert error() < 0.1
+    blender.ops.prt.remove()
+    assert not [action.name for action in blender.data.actions if "PRT" in action.name]
