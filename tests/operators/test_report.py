@@ -209,7 +209,7 @@ def test_parts_add_up_to_the_error_of_the_picture(blender, scene, stage, report,
     room(cells)
     if build:
         build(stage)
-    blender.ops.prt.bake(mode=mode, samples=samples, bounces=2)
+    blender.ops.prt.bake(mode=mode, samples=samples, bounces=2, lamps="NONE")
     document = report(
         parts={"SAMPLING", "TRUNCATION", "TESSELLATION", "END_TO_END"}, points=512, paths=64, picture_samples=64
     )
