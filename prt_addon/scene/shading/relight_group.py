@@ -5,9 +5,8 @@ The light is turned by the world's Mapping node, and, where the mesh says that i
 axes, by the object itself. What lamps show of the sky leaves the direct light; what they send on by bounces stays.
 
 It hands out what the surfaces of a material are relit with: the light on a white one (Shading), whether there is transport
-(Baked), how much of what a mirror would see there is sky (Sky Seen; all, while EEVEE traces reflections), and what EEVEE's own
-light of the sky adds up to on both sides of a surface (Ambient), which `lamps_group` takes off. Base Color, Unbaked and Surface
-are a matte surface.
+(Baked), and how much of what a mirror would see there is sky (Sky Seen; all, while EEVEE traces reflections). Base Color, Unbaked
+and Surface are a matte surface.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ from ..light.light import LIGHT
 from .light_nodes import Y_0, Y_1, less_colour, second_band, turned_form, turned_vector
 
 GROUP = "PRT Relight"
-GROUP_VERSION = 5
+GROUP_VERSION = 6
 _VERSION = "prt_version"
 
 
