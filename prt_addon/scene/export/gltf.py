@@ -24,7 +24,7 @@ from ...core.layout import LAYERS, OWN_AXES_BELOW
 from ...core.shown import shown
 from ...core.sphere import sh
 from ...core.sphere.rotation import rotation_matrix
-from ..light.light import has_light, read_light, read_turn, shown_light, strength_of
+from ..light.light import has_light, read_lamps, read_light, read_turn, shown_light, strength_of
 from ..mesh.carrier import carrier_of, transport_mesh
 from ..mesh.layers import is_baked
 from ..mesh.meshes import own_axes
@@ -147,6 +147,7 @@ def extras(scene: bpy.types.Scene) -> dict[str, Any]:
     }
     if has_light(scene.world):
         found["light"] = read_light(scene.world).tolist()
+        found["lamps"] = read_lamps(scene.world).tolist()
         found["turn"] = read_turn(scene.world).T.tolist()  # the columns of R
         found["strength"] = strength_of(scene.world)
     return found

@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.scene.light.test_lamps import sunny_sky
+
 COLOUR = (0.7, 0.3, 0.1)
 DOCS = Path(__file__).resolve().parents[3] / "docs"
 EXAMPLE = DOCS / "examples" / "relight_gltf.py"
@@ -107,11 +109,25 @@ def test_the_light_goes_with_it(part, scene, ball, exported, example, tmp_path):
     light = part("light")
     np.testing.assert_allclose(extras["light"], light.read_light(scene.world))
     np.testing.assert_allclose(np.transpose(extras["turn"]), light.read_turn(scene.world), atol=1e-6)
+    assert not np.any(extras["lamps"])
     assert extras["strength"] == pytest.approx(1.5) and extras["order"] == 2
     [mesh] = [mesh for mesh in example.read_baked(tmp_path / "scene.glb") if len(mesh.positions) > 24]
     shaded = example.relight(mesh, extras) / COLOUR
     wanted = np.einsum("nic,ic->nc", part("layers").read(ball.data), light.shown_light(scene.world))
     assert shaded.mean(axis=0) == pytest.approx(np.maximum(wanted, 0.0).mean(axis=0), rel=0.02)
+
+
+def test_the_part_of_lamps_goes_with_it(scene, part, ball, exported, tmp_path):
+    """As the world stores it; the light beside it stays whole."""
+    light = part("light")
+    whole, lamps = light.read_light(scene.world), np.linspace(0.1, 0.9, 9)
+    light.store_light(scene.world, whole, lamps)
+    for name, channel in zip(light.TURN, (0.5, 0.25, 0.125), strict=True):
+        scene.world[name] = [*list(scene.world[name])[:3], 1.0 + channel]
+    document, _ = exported(tmp_path / "lamps.glb")
+    extras = document["scenes"][0]["extras"]["prt_relight"]
+    np.testing.assert_allclose(extras["lamps"], np.multiply.outer(lamps, (0.5, 0.25, 0.125)), rtol=1e-6)
+    np.testing.assert_allclose(extras["light"], whole, rtol=1e-6)
 
 
 def test_extras_hold_what_the_schema_says(scene, ball, exported, example, tmp_path):
@@ -211,3 +227,16 @@ def test_files_without_bakes_are_exported_as_ever(blender, scene, stage, exporte
     plain.data.attributes.new("_OTHER", "FLOAT", "POINT")
     document, meshes = exported(tmp_path / "plain.glb")
     assert "_OTHER" not in meshes["Cube"] and "extras" not in document["scenes"][0]
+
+
+def test_what_lamps_of_the_sky_show_is_told_apart(blender, part, scene, stage, exported, tmp_path):
+    """The light is whole, and says what they show; they are exported as one light each."""
+    stage.environment(stage.picture("Sunny", sunny_sky()), 0.5)
+    stage.object_of("Ball", stage.icosphere(2, 0.6), None, (0.0, 0.0, 1.2))
+    blender.ops.prt.bake(mode="UNSHADOWED", lamps="ONE")
+    document, _ = exported(tmp_path / "suns.glb", export_lights=True)
+    [sun] = document["extensions"]["KHR_lights_punctual"]["lights"]
+    extras = document["scenes"][0]["extras"]["prt_relight"]
+    assert sun["name"] == "PRT Lamp" and np.any(extras["lamps"])
+    np.testing.assert_allclose(extras["lamps"], part("light").read_lamps(scene.world), rtol=1e-6)
+    np.testing.assert_allclose(extras["light"], part("light").read_light(scene.world), rtol=1e-6)
