@@ -59,7 +59,7 @@ def scene_of_all(blender, scene, stage):
     scene.collection.objects.link(camera)
     scene.camera = camera
     scene.render.resolution_x, scene.render.resolution_y = WIDTH, HEIGHT
-    blender.ops.prt.bake(mode="INTERREFLECTED", samples=64)
+    blender.ops.prt.bake(mode="INTERREFLECTED", samples=64, lamps="NONE")
     assert ball.data.attributes.get("_PRT_0")
     return scene
 
@@ -85,7 +85,7 @@ def glossy_scene(blender, scene, stage):
     scene.collection.objects.link(camera)
     scene.camera = camera
     scene.render.resolution_x, scene.render.resolution_y = WIDTH, HEIGHT
-    blender.ops.prt.bake(mode="INTERREFLECTED", samples=64)
+    blender.ops.prt.bake(mode="INTERREFLECTED", samples=64, lamps="NONE")
     return scene
 
 
