@@ -19,6 +19,7 @@ from ..prt_addon.core.report.document import PARTS, VERSION, advice_lines, pictu
 from ..prt_addon.core.report.findings import Effort
 from ..prt_addon.scene.bake.freshness import freshness
 from ..prt_addon.scene.blender.modes import Place, found_again, object_mode
+from ..prt_addon.scene.light import light
 from ..prt_addon.scene.mesh import heat_map, temporary_layer
 from ..prt_addon.scene.preferences import engine_patience
 from ..prt_addon.scene.report import compare, report
@@ -106,7 +107,8 @@ class PRT_OT_report(JobOperator, ReportProperties, bpy.types.Operator):
         objects = [found_again(bpy.data.objects, "Object", one.name) for one in self._baked]
         document: dict[str, Any] = {"version": VERSION, "scene": context.scene.name, "stale": self._stale}
         if found := [one.findings for one in result if one.findings]:
-            document |= surface_report(found, self._light.suns.share, self.parts & set(PARTS))
+            lamps = bool(light.read_lamps(context.scene.world).any())
+            document |= surface_report(found, self._light.suns.share, self.parts & set(PARTS), lamps)
         with object_mode(context):
             for ob, baked, measured in zip(objects, self._baked, result, strict=True):
                 temporary_layer.take_back(ob.data)  # of an earlier report

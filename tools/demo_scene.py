@@ -1,18 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The demo's scene: a finely tessellated Suzanne on a plinth, under a photographic HDRI that Blender ships."""
+"""The demo's scene: a finely tessellated, glazed Suzanne on a plinth, under a low sun: an HDRI that Blender ships."""
 
 from __future__ import annotations
 
 import headless
 from headless import bmesh, bpy, mathutils
 
-HDRI = "forest"
+HDRI = "sunrise"
 
 
 def build() -> None:
     """Fill the empty file."""
     scene = bpy.context.scene
-    suzanne = _object("Suzanne", _suzanne(), _material("Terracotta", (0.75, 0.28, 0.12)))
+    suzanne = _object("Suzanne", _suzanne(), _material("Terracotta", (0.75, 0.28, 0.12), gloss=0.5, roughness=0.35))
     suzanne.rotation_euler = (-0.62, 0.0, 0.0)
     bpy.context.view_layer.update()
     suzanne.location.z = -min((suzanne.matrix_world @ vertex.co).z for vertex in suzanne.data.vertices)
@@ -102,14 +102,16 @@ def _widened(
     return [item for item in made if isinstance(item, bmesh.types.BMEdge) and all(v in made for v in item.verts)]
 
 
-def _material(name: str, colour: tuple[float, float, float]) -> bpy.types.Material:
-    """Matte: what diffuse transport can show."""
+def _material(
+    name: str, colour: tuple[float, float, float], gloss: float = 0.0, roughness: float = 1.0
+) -> bpy.types.Material:
+    """Matte, or with gloss of a strength and roughness."""
     material = bpy.data.materials.new(name)
     headless.use_nodes(material)
     shader = material.node_tree.nodes["Principled BSDF"]
     shader.inputs["Base Color"].default_value = (*colour, 1.0)
-    shader.inputs["Specular IOR Level"].default_value = 0.0
-    shader.inputs["Roughness"].default_value = 1.0
+    shader.inputs["Specular IOR Level"].default_value = gloss
+    shader.inputs["Roughness"].default_value = roughness
     return material
 
 

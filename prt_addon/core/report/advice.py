@@ -41,11 +41,12 @@ def about_sampling(part: Sampling, others: float, samples: int) -> str:
     return f"Bake with {times * samples} samples: about {left} of noise would be left of {percent(noise)}."
 
 
-def about_truncation(part: Truncation, suns: float) -> str:
+def about_truncation(part: Truncation, suns: float, lamps: bool) -> str:
     """Whether the order or a sun is to blame.
 
     Args:
         suns: share of the light that they carry.
+        lamps: whether lamps show them in EEVEE.
     """
     if not part.relative_rms.is_known:
         return "No light reaches the surface."
@@ -54,7 +55,12 @@ def about_truncation(part: Truncation, suns: float) -> str:
     if loss <= ENOUGH:
         return f"{percent(loss)}: order 2 is enough for this light."
     if part.without_suns and part.without_suns.value <= _WORTH_IT * loss:
-        return f"{sun}: a sky without it would leave {percent(part.without_suns.value)} of {percent(loss)}."
+        left = f"{percent(part.without_suns.value)} of {percent(loss)}"
+        return (
+            f"{sun}, which a lamp shows in EEVEE: {left} is left."
+            if lamps
+            else f"{sun}: Extract Lamps would leave {left}."
+        )
     window = part.by_order[2].value
     if window <= _WORTH_IT * loss:
         return (

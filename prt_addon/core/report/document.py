@@ -29,18 +29,19 @@ MEASURE = (
 Json = dict[str, Any]
 
 
-def surface_report(found: Sequence[Findings], suns: float, parts: Collection[str]) -> Json:
+def surface_report(found: Sequence[Findings], suns: float, parts: Collection[str], lamps: bool = False) -> Json:
     """All that was found, for all objects together and for each.
 
     Args:
         suns: share of the sky's light that its suns carry.
         parts: which of `PARTS` are wanted.
+        lamps: whether lamps show the suns in EEVEE.
     """
     everything = _numbers(found, parts)
     return {
         "measure": MEASURE,
-        "suns": {"share_of_light": _plain(suns)},
-        "all": everything | {"advice": _advice(found, suns, parts)},
+        "suns": {"share_of_light": _plain(suns), "shown_by_lamps": lamps},
+        "all": everything | {"advice": _advice(found, suns, parts, lamps)},
         "objects": [_about(one) | _numbers([one], parts) for one in found],
     }
 
@@ -61,12 +62,12 @@ def _numbers(found: Sequence[Findings], parts: Collection[str]) -> Json:
     return numbers
 
 
-def _advice(found: Sequence[Findings], suns: float, parts: Collection[str]) -> Json:
+def _advice(found: Sequence[Findings], suns: float, parts: Collection[str], lamps: bool) -> Json:
     noise, loss, bend = sampling(found), truncation(found), tessellation(found)
     errors = [part.relative_rms.value for part in (noise, loss, bend)]
     lines = {
         "SAMPLING": about_sampling(noise, max(errors[1:]), max((one.samples for one in found), default=0)),
-        "TRUNCATION": about_truncation(loss, suns),
+        "TRUNCATION": about_truncation(loss, suns, lamps),
         "TESSELLATION": about_tessellation(bend, max(errors[:2])),
     }
     told: Json = {part.lower(): line for part, line in lines.items() if part in parts}

@@ -128,7 +128,9 @@ def test_sun_is_told_and_could_be_a_lamp():
     assert part.reference_interval < 0.02
     assert part.relative_rms.low > 0.05 > 3.0 * part.without_suns.high
     document = surface_report(found, light.suns.share, PARTS)
-    assert "The sun carries 50% of the light: a sky without it" in document["all"]["advice"]["truncation"]
+    assert "The sun carries 50% of the light: Extract Lamps would leave" in document["all"]["advice"]["truncation"]
+    document = surface_report(found, light.suns.share, PARTS, lamps=True)
+    assert "which a lamp shows in EEVEE" in document["all"]["advice"]["truncation"]
 
 
 def test_window_is_counted_and_told():
