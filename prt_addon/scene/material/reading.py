@@ -82,11 +82,13 @@ class MaterialReading:
     output: the person's own Material Output for it; None if there is none, or the material has no nodes.
     colour: of the surface; None if nothing reflects light, or what does cannot be read.
     why_not: why it cannot be read, to stand after the name of the material and a colon; empty if it can.
+    emits: whether it emits light, as far as it was read.
     """
 
     output: bpy.types.Node | None
     colour: Colour | None
     why_not: str = ""
+    emits: bool = False
 
 
 PART = "prt_part"
@@ -103,10 +105,11 @@ def read_material(material: bpy.types.Material, engine: Engine) -> MaterialReadi
     output = own_output(material.node_tree, engine)
     if output is None:
         return MaterialReading(None, None)
+    reader = _Reader()
     try:
-        return MaterialReading(output, _Reader().surface(output.inputs["Surface"]))
+        return MaterialReading(output, reader.surface(output.inputs["Surface"]), emits=reader.emits)
     except _NotRead as reason:
-        return MaterialReading(output, None, str(reason))
+        return MaterialReading(output, None, str(reason), reader.emits)
 
 
 def has_surface(material: bpy.types.Material) -> bool:
@@ -144,6 +147,7 @@ class _Reader:
 
     wiring: Wiring = field(default_factory=Wiring)
     shaders: int = 0
+    emits: bool = False
     _open: set[tuple[int, ...]] = field(default_factory=set)
 
     def surface(self, entry: bpy.types.NodeSocket) -> Colour | None:
@@ -170,6 +174,7 @@ class _Reader:
 
     def _shader_of(self, node: bpy.types.Node, source: bpy.types.NodeSocket, path: _Path) -> Colour | None:
         kind = node.bl_idname
+        self.emits |= self._glows(node)
         if kind == "ShaderNodeMixShader":
             first, second = (self._shader(entry, path) for entry in node.inputs[1:3])
             return _mixed(self._value(node.inputs[0], path), first, second)
@@ -191,6 +196,14 @@ class _Reader:
         if self.shaders > _MOST_SHADERS:
             raise _NotRead(f"it is made of more than {_MOST_SHADERS} shaders")
         return self._value(entry, path)
+
+    def _glows(self, node: bpy.types.Node) -> bool:
+        """Whether a shader emits light: its strength and colour are fed, or not 0."""
+        if node.bl_idname not in {"ShaderNodeEmission", "ShaderNodeBsdfPrincipled"}:
+            return False
+        of_principled = "Emission " if node.bl_idname == "ShaderNodeBsdfPrincipled" else ""
+        entries = (node.inputs[f"{of_principled}{name}"] for name in ("Strength", "Color"))
+        return all(self.wiring.source(entry) or any(_rgb(entry)) for entry in entries)
 
     def _value(self, entry: bpy.types.NodeSocket, path: _Path) -> Colour:
         """What an input gets."""

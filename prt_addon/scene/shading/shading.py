@@ -56,6 +56,11 @@ _LIGHTLESS = Kind(
     "{count} materials reflect no light: EEVEE goes on showing them as they are: {names}.",
     "INFO",
 )
+_GLOWS = Kind(
+    "Material {name} emits light: it glows, but lights nothing around it in the bake. Put lamps where it shines.",
+    "{count} materials emit light: they glow, but light nothing around them in the bake. Put lamps where they shine: {names}.",
+    "INFO",
+)
 _CROWDED = Kind(
     "Material {name} reads {count} attributes of the mesh (UV maps, colours, tangents). EEVEE takes 14 in all, and the "
     "transport needs nine: it is not relit. Let it read {most} at most.",
@@ -270,8 +275,9 @@ def _add_to_material(material: bpy.types.Material) -> list[Notice]:
     if not has_surface(material):
         return []
     reading = read_material(material, "EEVEE")
+    glow = [Notice(_GLOWS, material.name)] if reading.emits else []
     if reading.colour is None and not reading.why_not:
-        return [Notice(_LIGHTLESS, material.name)]
+        return [*glow, Notice(_LIGHTLESS, material.name)]
     if reading.output and len(read := attributes_read(reading.output)) > ROOM:
         return [Notice(_CROWDED, material.name, {"count": str(len(read)), "most": str(ROOM)})]
     if not nodes_are_on(material):
@@ -296,7 +302,7 @@ def _add_to_material(material: bpy.types.Material) -> list[Notice]:
         node.select = False
     ours.is_active_output = True
     _relight(material, group)
-    return [Notice(_GREY, material.name, {"why": reading.why_not})] if reading.why_not else []
+    return glow + ([Notice(_GREY, material.name, {"why": reading.why_not})] if reading.why_not else [])
 
 
 def _show_viewport_colour(material: bpy.types.Material) -> None:

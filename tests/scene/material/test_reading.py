@@ -224,7 +224,8 @@ def test_what_reflects_nothing_is_left_alone(blender, part, scene, stage):
         return nodes.new("ShaderNodeEmission").outputs[0]
 
     ob = stage.object_of("Lamp", stage.cube(), material_of(blender, lamp))
-    [notice] = part("shading").add_shading([ob])
+    glow, notice = part("shading").add_shading([ob])
+    assert "'Made' emits light" in glow.sentence
     assert "'Made' reflects no light" in notice.sentence
     assert not list(part("shading").our_nodes(ob.data.materials[0].node_tree))
 

@@ -198,3 +198,18 @@ def test_eevees_own_sun_goes_and_comes_back(blender, stage, scene):
         assert world.sun_threshold == 0.0
     blender.ops.prt.remove()
     assert world.sun_threshold == 7.0
+
+
+def test_what_glows_is_said_to_light_nothing(blender, part, scene, stage):
+    """Counted, and only of what does: white of strength 0 emits nothing, nor does black."""
+    glowing = {
+        "Glow": (1.0, (1.0, 0.5, 0.2, 1.0)),
+        "Off": (0.0, (1.0, 1.0, 1.0, 1.0)),
+        "Black": (1.0, (0.0, 0.0, 0.0, 1.0)),
+    }
+    for number, (name, (strength, colour)) in enumerate(glowing.items()):
+        material = principled(blender, Emission_Strength=strength, Emission_Color=colour)
+        material.name = name
+        stage.object_of(name, stage.cube(), material, (3.0 * number, 0.0, 0.0))
+    said = [notice for notice in part("shading").add_shading(scene.objects[:]) if "emits light" in notice.kind.one]
+    assert [notice.name for notice in said] == ["Glow"]
