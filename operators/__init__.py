@@ -11,6 +11,7 @@ from . import (
     cubemap,
     energy,
     freeze,
+    info,
     interchange,
     job,
     light,
@@ -47,6 +48,7 @@ CLASSES = (
     *freeze.CLASSES,
     *interchange.CLASSES,
     *web_page.CLASSES,
+    *info.CLASSES,
 )
 register, _unregister = bpy.utils.register_classes_factory(CLASSES)
 

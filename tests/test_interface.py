@@ -92,6 +92,7 @@ def test_what_changes_data_can_be_undone(blender, classes):
         "prt.cancel",
         "prt.keep_preview",
         "prt.check",
+        "prt.copy_info",
         "prt.export",
         "prt.bake_preset_add",
         "prt.bake_shard",

@@ -42,9 +42,9 @@ GROUPS = (
         ("prt.export_games202", "EXPORT"),
         ("prt.export_web_page", "EXPORT"),
     ),
-    (("prt.remove", "TRASH"),),
+    (("prt.copy_info", "COPYDOWN"), ("prt.remove", "TRASH")),
 )
-"""Operators, and a menu, with their icons: bake, light, surfaces, farms, files, the way back."""
+"""Operators, and a menu, with their icons: bake, light, surfaces, farms, files, help and the way back."""
 _CHOICES = {"prt.show_light": "kind", "prt.show_transport": "part"}
 """Operators that open a submenu of one of their properties."""
 
