@@ -7,7 +7,7 @@
 # make gallery  the pictures of README and docs, every HDRI and mode beside Cycles: docs/gallery.md
 # make web      the viewer of web pages, built anew, and the demo's scene in it: build/web
 # make course   the GAMES202 course's homework, its files in build/course and its pictures: docs/course.md
-# make lint     style and types
+# make lint     style, types, workflows and issue forms
 # make package  the zips that people install, in dist
 # make app      those zips tried in a real Blender's window: Debian and root only; sets up APP_ROOT, pictures in build/app
 # Each makes the environment that it needs under build/venv, and looks for the libraries of the system that bpy links to.
@@ -68,6 +68,9 @@ lint: $(LINT)/.ready
 	$(LINT)/bin/ruff format --check .
 	mkdir -p build/types && ln -sfn ../.. build/types/prt_relight
 	$(LINT)/bin/mypy
+	$(LINT)/bin/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
+	$(LINT)/bin/check-jsonschema --builtin-schema vendor.github-issue-config .github/ISSUE_TEMPLATE/config.yml
+	$(LINT)/bin/check-jsonschema --builtin-schema vendor.github-issue-forms $(filter-out %/config.yml,$(wildcard .github/ISSUE_TEMPLATE/*.yml))
 
 package: $(VENV)/.ready
 	$(VENV)/bin/python tools/package.py
