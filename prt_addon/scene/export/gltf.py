@@ -24,6 +24,7 @@ from ...core.layout import LAYERS, OWN_AXES_BELOW
 from ...core.shown import shown
 from ...core.sphere import sh
 from ...core.sphere.rotation import rotation_matrix
+from ..light.lamps import is_lamp_of_sky
 from ..light.light import has_light, read_lamps, read_light, read_turn, shown_light, strength_of
 from ..mesh.carrier import carrier_of, transport_mesh
 from ..mesh.layers import is_baked
@@ -93,6 +94,11 @@ class glTF2ExportUserExtension:
     def gather_node_mesh_hook(self, _choice: Any, ob: bpy.types.Object | None, _settings: dict[str, Any]) -> None:
         """Remember whose mesh comes next: the mesh's own hook is not told."""
         self._shown_by = ob
+
+    def gather_node_hook(self, node: Any, ob: bpy.types.Object | None, _settings: dict[str, Any]) -> None:
+        """Put out lamps of the sky: they are in the light."""
+        if ob and is_lamp_of_sky(ob) and node.extensions:
+            node.extensions.pop("KHR_lights_punctual", None)
 
     def gather_mesh_hook(self, gltf_mesh: Any, mesh: bpy.types.Mesh, *others: Any) -> None:
         """Take our layers away from among the vertex colours, and put the light there if it is wanted."""

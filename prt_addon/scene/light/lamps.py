@@ -116,6 +116,11 @@ def keyframe_lamps(sky: Sky, frames: Sequence[int], found: Sequence[Lamps], mapp
         interpolate_linearly(block)
 
 
+def is_lamp_of_sky(ob: bpy.types.Object) -> bool:
+    """Whether an object is one of these lamps."""
+    return ob.type == "LIGHT" and _IRRADIANCE in ob.data
+
+
 def follow_receivers() -> None:
     """Link all lamps of skies to what shows baked light now, and to nothing else."""
     receivers = _receivers()

@@ -230,13 +230,15 @@ def test_files_without_bakes_are_exported_as_ever(blender, scene, stage, exporte
 
 
 def test_what_lamps_of_the_sky_show_is_told_apart(blender, part, scene, stage, exported, tmp_path):
-    """The light is whole, and says what they show; they are exported as one light each."""
+    """The light is whole, and says what they show; so they are not exported as lights, as the person's own lamp is."""
     stage.environment(stage.picture("Sunny", sunny_sky()), 0.5)
     stage.object_of("Ball", stage.icosphere(2, 0.6), None, (0.0, 0.0, 1.2))
     blender.ops.prt.bake(mode="UNSHADOWED", lamps="ONE")
+    own = blender.data.lights.new("Own", "SUN")
+    scene.collection.objects.link(blender.data.objects.new("Own", own))
     document, _ = exported(tmp_path / "suns.glb", export_lights=True)
-    [sun] = document["extensions"]["KHR_lights_punctual"]["lights"]
+    [light] = document["extensions"]["KHR_lights_punctual"]["lights"]
     extras = document["scenes"][0]["extras"]["prt_relight"]
-    assert sun["name"] == "PRT Lamp" and np.any(extras["lamps"])
+    assert light["name"] == "Own" and np.any(extras["lamps"])
     np.testing.assert_allclose(extras["lamps"], part("light").read_lamps(scene.world), rtol=1e-6)
     np.testing.assert_allclose(extras["light"], part("light").read_light(scene.world), rtol=1e-6)
