@@ -83,12 +83,14 @@ class MaterialReading:
     colour: of the surface; None if nothing reflects light, or what does cannot be read.
     why_not: why it cannot be read, to stand after the name of the material and a colon; empty if it can.
     emits: whether it emits light, as far as it was read.
+    lets_through: whether it lets light through, by its alpha or a Transparent BSDF, as far as it was read.
     """
 
     output: bpy.types.Node | None
     colour: Colour | None
     why_not: str = ""
     emits: bool = False
+    lets_through: bool = False
 
 
 PART = "prt_part"
@@ -107,9 +109,10 @@ def read_material(material: bpy.types.Material, engine: Engine) -> MaterialReadi
         return MaterialReading(None, None)
     reader = _Reader()
     try:
-        return MaterialReading(output, reader.surface(output.inputs["Surface"]), emits=reader.emits)
+        colour, why_not = reader.surface(output.inputs["Surface"]), ""
     except _NotRead as reason:
-        return MaterialReading(output, None, str(reason), reader.emits)
+        colour, why_not = None, str(reason)
+    return MaterialReading(output, colour, why_not, reader.emits, reader.lets_through)
 
 
 def has_surface(material: bpy.types.Material) -> bool:
@@ -148,6 +151,7 @@ class _Reader:
     wiring: Wiring = field(default_factory=Wiring)
     shaders: int = 0
     emits: bool = False
+    lets_through: bool = False
     _open: set[tuple[int, ...]] = field(default_factory=set)
 
     def surface(self, entry: bpy.types.NodeSocket) -> Colour | None:
@@ -155,8 +159,18 @@ class _Reader:
         colour = self._shader(entry, ())
         return colour if self.shaders else None
 
-    def _shader(self, entry: bpy.types.NodeSocket, path: _Path) -> Colour | None:
-        """The colour of the shader that feeds an input; None if it lets all light through."""
+    def _shader(self, entry: bpy.types.NodeSocket, path: _Path, hidden: bool = False) -> Colour | None:
+        """The colour of the shader that feeds an input; None if it lets all light through.
+
+        What is hidden, as a mix takes nothing of it, neither emits nor lets light through.
+        """
+        seen = self.emits, self.lets_through
+        colour = self._behind(entry, path)
+        if hidden:
+            self.emits, self.lets_through = seen
+        return colour
+
+    def _behind(self, entry: bpy.types.NodeSocket, path: _Path) -> Colour | None:
         source = self.wiring.source(entry)
         if source is None:
             return BLACK
@@ -175,9 +189,12 @@ class _Reader:
     def _shader_of(self, node: bpy.types.Node, source: bpy.types.NodeSocket, path: _Path) -> Colour | None:
         kind = node.bl_idname
         self.emits |= self._glows(node)
+        self.lets_through |= self._is_open(node)
         if kind == "ShaderNodeMixShader":
-            first, second = (self._shader(entry, path) for entry in node.inputs[1:3])
-            return _mixed(self._value(node.inputs[0], path), first, second)
+            factor = self._value(node.inputs[0], path)
+            first = self._shader(node.inputs[1], path, hidden=_is_all_of(factor, 1.0))
+            second = self._shader(node.inputs[2], path, hidden=_is_all_of(factor, 0.0))
+            return _mixed(factor, first, second)
         if kind == "ShaderNodeAddShader":
             first, second = (self._shader(entry, path) for entry in node.inputs)
             return _sum(first, second)
@@ -204,6 +221,16 @@ class _Reader:
         of_principled = "Emission " if node.bl_idname == "ShaderNodeBsdfPrincipled" else ""
         entries = (node.inputs[f"{of_principled}{name}"] for name in ("Strength", "Color"))
         return all(self.wiring.source(entry) or any(_rgb(entry)) for entry in entries)
+
+    def _is_open(self, node: bpy.types.Node) -> bool:
+        """Whether a shader lets light through: its alpha is fed or below 1, or it is transparent and not black."""
+        if node.bl_idname == "ShaderNodeBsdfPrincipled":
+            alpha = node.inputs["Alpha"]
+            return self.wiring.source(alpha) is not None or _rgb(alpha)[0] < 1.0
+        if node.bl_idname != "ShaderNodeBsdfTransparent":
+            return False
+        colour = node.inputs["Color"]
+        return self.wiring.source(colour) is not None or any(_rgb(colour))
 
     def _value(self, entry: bpy.types.NodeSocket, path: _Path) -> Colour:
         """What an input gets."""
@@ -241,6 +268,11 @@ def _rgb(entry: bpy.types.NodeSocket) -> RGB:
 
 def _three(colour: Sequence[float]) -> RGB:
     return float(colour[0]), float(colour[1]), float(colour[2])
+
+
+def _is_all_of(factor: Colour, value: float) -> bool:
+    """Whether a mix's factor, from 0 to 1, is this end of its range or beyond."""
+    return isinstance(factor, Constant) and min(max(factor.rgb[0], 0.0), 1.0) == value
 
 
 def _mixed(factor: Colour, first: Colour | None, second: Colour | None) -> Colour | None:
