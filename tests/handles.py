@@ -6,6 +6,7 @@
 
 WHERE = {
     "albedo": "scene.material.albedo",
+    "animation": "scene.blender.animation",
     "bake": "core.bake.bake",
     "before": "scene.bake.before",
     "carrier": "scene.mesh.carrier",

@@ -72,7 +72,7 @@ def test_keyframed_light_stays(blender, part, scene, stage):
     for operator, stays in ((blender.ops.prt.bake, True), (blender.ops.prt.project_light, False)):
         operator(**({"mode": "UNSHADOWED"} if stays else {}))
         assert light.has_light(scene.world) and light.is_keyframed(scene.world) == stays
-        assert bool(light._light_curves(scene.world)) == stays
+        assert bool(part("animation").channels(scene.world)) == stays
 
 
 def test_imported_light_stays(blender, part, scene, stage, tmp_path):
