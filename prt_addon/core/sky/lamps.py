@@ -161,8 +161,8 @@ def _bright_texels(picture: Float32) -> _Spots | None:
     ring = solid_angles(height, width)
     whole = np.einsum("h,hc->c", ring, [np.maximum(row, 0.0).sum(axis=0, dtype=np.float64) for row in picture])
     threshold = BRIGHT * whole.mean() / (4.0 * pi)
-    bright = np.stack([row.mean(axis=-1) > threshold for row in picture])  # row by row: copies stay small
-    rows, columns = np.nonzero(bright)
+    found = [np.flatnonzero(row.mean(axis=-1) > threshold) for row in picture]  # row by row: copies stay small
+    rows, columns = np.repeat(np.arange(height), [len(one) for one in found]), np.concatenate(found)
     if not len(rows):
         return None
     radiance = np.maximum(picture[rows, columns].astype(np.float64), 0.0)

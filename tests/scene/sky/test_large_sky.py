@@ -76,13 +76,13 @@ def run(script, *arguments):
 
 
 def test_8k_fits_and_time_is_linear(tmp_path):
-    """8192 x 4096 texels of float: the whole process with Blender stays under 1.5 GiB, and texels cost the same each."""
+    """8192 x 4096 texels of float: the whole process with Blender stays under 1.6 GiB, and texels cost the same each."""
     paths = [tmp_path / f"sky-{height}.exr" for height in HEIGHTS]
     run(WRITE, *paths)
     (large, peak, mean), (middle, *_), (small, *_) = np.array(run(MEASURE, *paths), dtype=float)
     assert np.isclose(mean, np.sqrt(4 * np.pi), rtol=1e-3)  # it goes from 0 to 2 over the elevation
     if sys.platform.startswith("linux"):  # elsewhere the peak has other units
-        assert peak < 1.5
+        assert peak < 1.6
     assert large < 4 * 1.75 * middle and large < 16 * 1.75 * small
     for path in paths:
         path.unlink()
