@@ -188,15 +188,14 @@ def _on_load(_path: str) -> None:
 
 
 @persistent
-def _on_loaded(path: str) -> None:
+def _on_loaded(_path: str) -> None:
     """Another file is open: what depends on the version of Blender is made anew."""
     renew_lamps_group()
-    _on_other_data(path)
 
 
 @persistent
 def _on_other_data(_scene: bpy.types.Scene | str) -> None:
-    """What is open has changed, or a step was undone: panels look again."""
+    """Another file is open, or a step was undone: panels look again."""
     glances.forget()
 
 
@@ -212,6 +211,7 @@ _HANDLERS = (
     (bpy.app.handlers.frame_change_post, _on_frame),
     (bpy.app.handlers.load_pre, _on_load),
     (bpy.app.handlers.load_post, _on_loaded),
+    (bpy.app.handlers.load_post, _on_other_data),
     (bpy.app.handlers.undo_post, _on_other_data),
     (bpy.app.handlers.redo_post, _on_other_data),
 )

@@ -91,7 +91,7 @@ def find_lamps(picture: Float32, most: int, enough: float = 0.0) -> Lamps:
     return _fewest(picture, [Lamps(), *found], enough) if enough else found[-1]
 
 
-def in_pairs(found: Sequence[Sequence[Lamp]]) -> list[list[Lamp]]:
+def followed(found: Sequence[Sequence[Lamp]]) -> list[list[Lamp]]:
     """Lamps of one moment after the other, in rows of equal length in which each is followed by the nearest.
 
     What is not there at a moment is a lamp without light, where it was last seen, or will be seen first.

@@ -276,6 +276,12 @@ class Graph:
         self.feed(node.inputs[0], direction)
         return self.vector("NORMALIZE", node.outputs[0])
 
+    def normal_or_own(self, normal: bpy.types.NodeSocket) -> bpy.types.NodeSocket:
+        """A normal that a group is given; the surface's own where nothing feeds it, as it is 0 there."""
+        fed = self.vector("DOT_PRODUCT", normal, normal)
+        own = self.add("ShaderNodeNewGeometry").outputs["Normal"]
+        return self.mixed(self.math("GREATER_THAN", fed, 0.0), own, normal)
+
     def components(self, vector: bpy.types.NodeSocket) -> list[bpy.types.NodeSocket]:
         """x, y and z of a vector."""
         node = self.add("ShaderNodeSeparateXYZ")

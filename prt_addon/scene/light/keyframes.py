@@ -50,9 +50,8 @@ def keyframe(scene: bpy.types.Scene, frames: list[int], settings: LightSettings)
     write_light(read_sky(scene), projections[0])
     sky = read_sky(scene)  # with the Mapping node that may have been inserted
     mark_keyframed(scene.world, frames[0], frames[-1])
-    for frame, projection in zip(frames, projections, strict=True):
-        keyframe_light(scene.world, projection, frame)
-    keyframe_lamps(sky, frames, [projection.lamps for projection in projections], sky.mapping)
+    keyframe_light(scene.world, frames, projections)
+    keyframe_lamps(sky, frames, [projection.lamps for projection in projections])
     scene.frame_set(scene.frame_current, subframe=scene.frame_subframe)  # the light of this frame
 
 

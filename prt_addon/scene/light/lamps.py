@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import bpy
 from mathutils import Vector
 
-from ...core.sky.lamps import Lamp, Lamps, in_pairs
+from ...core.sky.lamps import Lamp, Lamps, followed
 from ..blender.animation import interpolate_linearly
 from ..blender.libraries import is_own
 from ..material.reading import OURS
@@ -94,15 +94,14 @@ def suns_of(world: bpy.types.World) -> list[bpy.types.Object]:
     return [ob for ob in collection.objects if ob.type == "LIGHT"] if collection else []
 
 
-def keyframe_lamps(sky: Sky, frames: Sequence[int], found: Sequence[Lamps], mapping: bpy.types.Node | None) -> None:
+def keyframe_lamps(sky: Sky, frames: Sequence[int], found: Sequence[Lamps]) -> None:
     """Have lamps go from frame to frame as they were found there: each to the nearest, in straight lines.
 
     Args:
         frames, found: of equal length.
-        mapping: as for `place_lamps`.
     """
-    rows = in_pairs([lamps.lamps for lamps in found])
-    place_lamps(sky, Lamps(tuple(rows[0])), mapping)
+    rows = followed([lamps.lamps for lamps in found])
+    place_lamps(sky, Lamps(tuple(rows[0])), sky.mapping)
     suns = suns_of(sky.holder)
     for frame, row, lamps in zip(frames, rows, found, strict=True):
         for sun, lamp in zip(suns, row, strict=True):

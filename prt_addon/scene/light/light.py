@@ -8,7 +8,7 @@ Blender that has never heard of this extension. Shaders read all of it with Attr
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -32,6 +32,7 @@ Array = npt.NDArray[np.float64]
 
 LIGHT_VERSION = 2
 LIGHT = tuple(f"prt_light_{i}" for i in range(sh.coefficient_count(sh.ORDER)))
+_KEYFRAMED = {f'["{name}"]' for name in (*LIGHT, *TURN)}
 RECORD = "prt_light"
 FRAMES, REPAINTED, SOURCE, STAND_IN, SUN = "frames", "repainted", "source", "stand_in", "sun_threshold"
 """Keys of the record: the first and last keyframe of a keyframed light; the picture whose texels have changed since; the
@@ -313,17 +314,15 @@ def remove_lights() -> None:
             remove_light(world)
 
 
-def keyframe_light(world: bpy.types.World, projection: Projection, frame: int) -> None:
-    """Store a light and keyframe it; between keyframes it goes in straight lines, as light adds up."""
-    _store_projected(world, projection)
-    for name in LIGHT:
-        world.keyframe_insert(f'["{name}"]', frame=frame)
-    for name in TURN:
-        world.keyframe_insert(f'["{name}"]', index=3, frame=frame)
+def keyframe_light(world: bpy.types.World, frames: Sequence[int], projections: Sequence[Projection]) -> None:
+    """Keyframe a light at each frame; between keyframes it goes in straight lines, as light adds up."""
+    for frame, projection in zip(frames, projections, strict=True):
+        _store_projected(world, projection)
+        for name in LIGHT:
+            world.keyframe_insert(f'["{name}"]', frame=frame)
+        for name in TURN:
+            world.keyframe_insert(f'["{name}"]', index=3, frame=frame)
     interpolate_linearly(world, _KEYFRAMED)
-
-
-_KEYFRAMED = {f'["{name}"]' for name in (*LIGHT, *TURN)}
 
 
 def mark_keyframed(world: bpy.types.World, first: int, last: int) -> bool:

@@ -120,7 +120,7 @@ def _built() -> bpy.types.NodeTree:
     graph = Graph(tree)
     given = graph.add("NodeGroupInput").outputs
     graph.column()
-    cosine = graph.math("ABSOLUTE", graph.vector("DOT_PRODUCT", _normal(graph, given["Normal"]), _incoming(graph)))
+    cosine = graph.math("ABSOLUTE", graph.vector("DOT_PRODUCT", graph.normal_or_own(given["Normal"]), _incoming(graph)))
     roughness = graph.math("MINIMUM", graph.math("MAXIMUM", given["Roughness"], 0.0), 1.0)
     spread = graph.math("MULTIPLY_ADD", roughness, roughness, graph.math("MAXIMUM", cosine, 1e-3))
     x = graph.math("DIVIDE", cosine, spread)
@@ -138,13 +138,6 @@ def _built() -> bpy.types.NodeTree:
 
 def _incoming(graph: Graph) -> bpy.types.NodeSocket:
     return graph.add("ShaderNodeNewGeometry").outputs["Incoming"]
-
-
-def _normal(graph: Graph, normal: bpy.types.NodeSocket) -> bpy.types.NodeSocket:
-    """The normal, or the surface's own, where nothing feeds it."""
-    fed = graph.vector("DOT_PRODUCT", normal, normal)
-    own = graph.add("ShaderNodeNewGeometry").outputs["Normal"]
-    return graph.mixed(graph.math("GREATER_THAN", fed, 0.0), own, normal)
 
 
 def _polynomial(

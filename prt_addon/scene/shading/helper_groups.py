@@ -39,11 +39,8 @@ def lamps_group() -> bpy.types.NodeTree:
 
 def renew_lamps_group() -> None:
     """Replace the group of a file that another version of Blender saved, whose EEVEE has another light of the sky."""
-    older = [tree for tree in bpy.data.node_groups if tree.get(PART) == "PRT Lamps" and is_own(tree)]
-    for tree in older:
-        if tree.get(_VERSION) != _CURRENT:
-            tree.user_remap(lamps_group())
-            bpy.data.node_groups.remove(tree)
+    if any(tree.get(PART) == "PRT Lamps" and is_own(tree) for tree in bpy.data.node_groups):
+        lamps_group()
 
 
 def diffuse_group() -> bpy.types.NodeTree:
@@ -74,15 +71,20 @@ def _group(
 ) -> bpy.types.NodeTree:
     """The group of a name, built on first use and shared by all materials. Marked as a part, it goes with its last user.
 
-    It takes the place of copies of itself, which appended materials bring along.
+    It takes the place of others of that name: those of other versions, and copies of itself, which appended materials bring along.
     """
     own = [tree for tree in bpy.data.node_groups if tree.get(PART) == name and _VERSION in tree and is_own(tree)]
-    current = [tree for tree in own if tree[_VERSION] == _CURRENT]
-    if current:
-        for copy in current[1:]:
-            copy.user_remap(current[0])
-            bpy.data.node_groups.remove(copy)
-        return current[0]
+    current = next((tree for tree in own if tree[_VERSION] == _CURRENT), None) or _built(name, inputs, outputs, build)
+    for tree in own:
+        if tree != current:
+            tree.user_remap(current)
+            bpy.data.node_groups.remove(tree)
+    return current
+
+
+def _built(
+    name: str, inputs: _Kinds, outputs: _Kinds, build: Callable[[Graph, _Sockets], _Sockets]
+) -> bpy.types.NodeTree:
     tree = bpy.data.node_groups.new(name, "ShaderNodeTree")
     tree[PART], tree[_VERSION] = name, _CURRENT
     for sockets, side in ((inputs, "INPUT"), (outputs, "OUTPUT")):
@@ -100,9 +102,7 @@ def _group(
 
 
 def _lamps(graph: Graph, given: _Sockets) -> _Sockets:
-    fed = graph.vector("DOT_PRODUCT", given["Normal"], given["Normal"])  # 0 where nothing is linked to it
-    own = graph.add("ShaderNodeNewGeometry").outputs["Normal"]
-    normal = graph.mixed(graph.math("GREATER_THAN", fed, 0.0), own, given["Normal"])
+    normal = graph.normal_or_own(given["Normal"])
     diffuse, light = graph.add("ShaderNodeBsdfDiffuse"), graph.add("ShaderNodeShaderToRGB")
     diffuse.inputs["Color"].default_value = (1.0, 1.0, 1.0, 1.0)
     graph.feed(diffuse.inputs["Normal"], normal)
