@@ -80,12 +80,7 @@ def picture(name, pixels):
 
 def six_coloured_sky(width=128):
     """Pixels of an order-2 sky with another colour on each axis: every wrong turn and mirror shows."""
-    u = (np.arange(width) + 0.5) / width
-    v = (np.arange(width // 2) + 0.5) / (width // 2)
-    azimuth, elevation = np.meshgrid(2 * np.pi * (0.5 - u), np.pi * (v - 0.5))
-    return six_colours(
-        np.stack([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)], axis=-1)
-    )
+    return six_colours(_directions(width))
 
 
 def six_colours(w):
@@ -93,6 +88,27 @@ def six_colours(w):
     colours = {(0, 1): (3, 0, 0), (0, -1): (0, 2, 0), (1, 1): (0, 0, 4), (1, -1): (2, 2, 0), (2, 1): (0, 3, 3)}
     colours[2, -1] = (1, 0, 2)
     return sum(np.multiply.outer(((1 + sign * w[..., k]) / 2) ** 2, rgb) for (k, sign), rgb in colours.items())
+
+
+SUN = np.array((0.5, -0.4, 0.7)) / np.linalg.norm((0.5, -0.4, 0.7))
+
+
+def sunny_sky(width=512):
+    """Pixels of a blue sky, and of a yellow sun of three degrees towards `SUN` that sends as much light."""
+    w = _directions(width)
+    sky = (1.0 + 0.5 * w[..., 2:]) * (0.3, 0.4, 0.6)
+    sky[w @ SUN > np.cos(np.radians(3.0))] += (300.0, 250.0, 150.0)
+    return sky.astype(np.float32)
+
+
+def _directions(width):
+    """(width / 2, width, 3) unit vectors towards the texels of a panorama, row 0 at the bottom."""
+    u = (np.arange(width) + 0.5) / width
+    v = (np.arange(width // 2) + 0.5) / (width // 2)
+    azimuth, elevation = np.meshgrid(2 * np.pi * (0.5 - u), np.pi * (v - 0.5))
+    return np.stack(
+        [np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)], axis=-1
+    )
 
 
 def without_negatives(colours):
@@ -140,6 +156,25 @@ def top_camera(scale=3.0, resolution=RESOLUTION):
     scene.eevee.taa_render_samples = 1
     scene.cycles.use_denoising = False
     return camera
+
+
+def furnace(rim, pixels):
+    """A sphere of a Glossy BSDF, 2 wide in the picture, under a sky of 1: its shader; which pixels show it where the cosine of the view is
+    above the rim's; and that cosine at each.
+    """
+    world, _ = environment(picture("Constant", np.ones((4, 8, 3))))
+    world.cycles.sampling_method = "NONE"
+    top_camera(scale=2.0, resolution=pixels)
+    radius2 = (pixel_points(scale=2.0, resolution=pixels) ** 2).sum(axis=-1)
+    shown = radius2 < 1.0 - rim**2
+    material = diffuse("Metal")
+    shader = material.node_tree.nodes.new("ShaderNodeBsdfAnisotropic")
+    material.node_tree.links.new(shader.outputs[0], material.node_tree.nodes["Material Output"].inputs["Surface"])
+    object_of("Sphere", icosphere(6), material)
+    cycles = bpy.context.scene.cycles
+    cycles.pixel_filter_type, cycles.filter_width = "GAUSSIAN", 0.01  # the middle of each pixel, or the rim is blurred
+    cycles.use_adaptive_sampling, cycles.sample_clamp_indirect, cycles.blur_glossy = False, 0.0, 0.0
+    return shader, shown, np.sqrt(1.0 - radius2[shown])
 
 
 def pixel_points(scale=3.0, resolution=RESOLUTION):

@@ -13,35 +13,17 @@ COLOUR = (0.9, 0.5, 0.2)
 PIXELS = 24
 
 
-def metal(stage, name):
-    """A material of one Glossy BSDF; returns it and the node."""
-    material = stage.diffuse(name)
-    tree = material.node_tree
-    shader = tree.nodes.new("ShaderNodeBsdfAnisotropic")
-    tree.links.new(shader.outputs[0], tree.nodes["Material Output"].inputs["Surface"])
-    return material, shader
-
-
 @pytest.fixture
 def furnace(blender, stage, tmp_path):
     """Looks at a metal sphere under a sky of 1, radiance (pixels, 3); and the cosine at each pixel, from a fifth on."""
-    world, _ = stage.environment(stage.picture("Constant", np.ones((4, 8, 3))))
-    world.cycles.sampling_method = "NONE"
-    stage.top_camera(scale=2.0, resolution=PIXELS)
-    radius2 = (stage.pixel_points(scale=2.0, resolution=PIXELS) ** 2).sum(axis=-1)
-    shown = radius2 < 1.0 - 0.2**2
-    material, shader = metal(stage, "Metal")
-    stage.object_of("Sphere", stage.icosphere(6), material)
-    cycles = blender.context.scene.cycles
-    cycles.pixel_filter_type, cycles.filter_width = "GAUSSIAN", 0.01  # the middle of each pixel, or the rim is blurred
-    cycles.use_adaptive_sampling, cycles.sample_clamp_indirect, cycles.blur_glossy = False, 0.0, 0.0
+    shader, shown, mu = stage.furnace(rim=0.2, pixels=PIXELS)
 
     def look(distribution, roughness, colour):
         shader.distribution, shader.inputs["Roughness"].default_value = distribution, roughness
         shader.inputs["Color"].default_value = (*colour, 1.0)
         return stage.render(tmp_path / "sphere.exr", "CYCLES", samples=256)[shown][:, :3]
 
-    return look, np.sqrt(1.0 - radius2[shown])
+    return look, mu
 
 
 def test_one_bounce_loses_what_cycles_loses(furnace):

@@ -15,26 +15,15 @@ WHITE, COPPER = (1.0, 1.0, 1.0), (0.95, 0.64, 0.54)
 @pytest.fixture
 def furnace(blender, stage, tmp_path):
     """A sphere of a Glossy BSDF under a sky of 1, its shader, and a look at it: (pixels, 3), with the cosine at each."""
-    world, _ = stage.environment(stage.picture("Constant", np.ones((4, 8, 3))))
-    world.cycles.sampling_method = "NONE"
-    stage.top_camera(scale=2.0, resolution=PIXELS)
-    radius2 = (stage.pixel_points(scale=2.0, resolution=PIXELS) ** 2).sum(axis=-1)
-    shown = radius2 < 1.0 - 0.3**2
-    material = stage.diffuse("Metal")
-    tree = material.node_tree
-    shader = tree.nodes.new("ShaderNodeBsdfAnisotropic")
+    shader, shown, mu = stage.furnace(rim=0.3, pixels=PIXELS)
     shader.distribution = "GGX"
-    tree.links.new(shader.outputs[0], tree.nodes["Material Output"].inputs["Surface"])
-    stage.object_of("Sphere", stage.icosphere(6), material).select_set(True)
-    cycles = blender.context.scene.cycles
-    cycles.pixel_filter_type, cycles.filter_width = "GAUSSIAN", 0.01  # the middle of each pixel, or the rim is blurred
-    cycles.use_adaptive_sampling, cycles.sample_clamp_indirect, cycles.blur_glossy = False, 0.0, 0.0
+    blender.data.objects["Sphere"].select_set(True)
 
     def look(engine):
         blender.context.scene.eevee.taa_render_samples = 16
         return stage.render(tmp_path / "sphere.exr", engine, samples=128)[shown][:, :3]
 
-    return shader, look, np.sqrt(1.0 - radius2[shown])
+    return shader, look, mu
 
 
 def theory(colour, mu, roughness):

@@ -8,8 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.scene.light.test_lamps import sunny_sky
-
 COLOUR = (0.7, 0.3, 0.1)
 DOCS = Path(__file__).resolve().parents[3] / "docs"
 EXAMPLE = DOCS / "examples" / "relight_gltf.py"
@@ -231,7 +229,7 @@ def test_files_without_bakes_are_exported_as_ever(blender, scene, stage, exporte
 
 def test_what_lamps_of_the_sky_show_is_told_apart(blender, part, scene, stage, exported, tmp_path):
     """The light is whole, and says what they show; so they are not exported as lights, as the person's own lamp is."""
-    stage.environment(stage.picture("Sunny", sunny_sky()), 0.5)
+    stage.environment(stage.picture("Sunny", stage.sunny_sky()), 0.5)
     stage.object_of("Ball", stage.icosphere(2, 0.6), None, (0.0, 0.0, 1.2))
     blender.ops.prt.bake(mode="UNSHADOWED", lamps="ONE")
     own = blender.data.lights.new("Own", "SUN")

@@ -7,24 +7,12 @@ import numpy as np
 import pytest
 
 RESOLUTION = 64
-SUN = np.array((0.5, -0.4, 0.7)) / np.linalg.norm((0.5, -0.4, 0.7))
-
-
-def sunny_sky(height=256):
-    """A blue sky, and a yellow sun of three degrees that sends as much light."""
-    row, column = np.mgrid[:height, : 2 * height] + 0.5
-    azimuth, elevation = np.pi * (1.0 - column / height), np.pi * (row / height - 0.5)
-    ring = np.cos(elevation)
-    w = np.stack([ring * np.cos(azimuth), ring * np.sin(azimuth), np.sin(elevation)], axis=-1)
-    sky = (1.0 + 0.5 * w[..., 2:]) * (0.3, 0.4, 0.6)
-    sky[w @ SUN > np.cos(radians(3.0))] += (300.0, 250.0, 150.0)
-    return sky.astype(np.float32)
 
 
 @pytest.fixture
 def sunny(blender, stage):
     """A ball over a floor in the sun, from aslant; returns the Mapping node."""
-    _, mapping = stage.environment(stage.picture("Sunny", sunny_sky()), 0.5)
+    _, mapping = stage.environment(stage.picture("Sunny", stage.sunny_sky()), 0.5)
     white = stage.diffuse("White", (0.8, 0.8, 0.8))
     stage.object_of("Ball", stage.icosphere(4, 0.6), white, (0.0, 0.0, 1.2))
     stage.object_of("Floor", stage.grid(40, 3.0), white)
@@ -133,21 +121,21 @@ def test_another_world_puts_the_lamps_out(blender, stage, sunny):
     assert any("prt_lamps_of" in one for one in other.collection.children)
 
 
-def test_the_light_says_what_lamps_show(blender, part, sunny):
+def test_the_light_says_what_lamps_show(blender, part, stage, sunny):
     """What is stored for them is their share of the light; less it, the sky has no sun."""
     blender.ops.prt.project_light(lamps="ONE")
     light = part("light")
     world = blender.context.scene.world
     left = light.read_light(world) - light.read_lamps(world)
-    soft = sunny_sky()
+    soft = stage.sunny_sky()
     soft[soft[..., 0] > 10.0] = 0.5
     wanted = part("equirect_projection").project_equirect(soft)
     assert np.abs(left - wanted).max() < 0.12 * wanted[0].max()
     [sun] = suns(blender)
     shown = np.array(sun.data.color) * sun.data.energy / light.strength_of(world)
     direction = np.array(sun.matrix_world.to_3x3())[:, 2]
-    np.testing.assert_allclose(direction, SUN, atol=5e-3)
-    np.testing.assert_allclose(light.read_lamps(world)[0], shown * part("sh").basis(SUN[None], 0)[0], rtol=2e-3)
+    np.testing.assert_allclose(direction, stage.SUN, atol=5e-3)
+    np.testing.assert_allclose(light.read_lamps(world)[0], shown * part("sh").basis(stage.SUN[None], 0)[0], rtol=2e-3)
 
 
 def test_the_sun_of_a_sky_texture(blender, sunny, error):
