@@ -110,22 +110,19 @@ const REFLECTION_SHADERS = [
    }`,
 ];
 
-class Reflection {
+class Reflection extends View {
   /** The order in which the page names them, and the shader counts them. */
   static MODES = ["direct", "mirror", "indirect"];
 
   /** Of a WebGL 2 context. */
   constructor(gl) {
-    this.gl = gl;
-    this.turn = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]; // of the sky
+    super(gl);
     this.mode = "direct";
     this.floorOnly = false; // whether only what faces up is a mirror
     this.samples = 8; // rays per pixel, of indirect light
     this.steps = 256; // along a ray, from one end of the scene to the other
     this.bound = 8; // what a ray goes behind and still meets, in steps
-    this.camera = new Camera();
     this._gbuffer = new GBuffer(gl);
-    this._sky = new Sky(gl);
     this._program = linkedProgram(gl, REFLECTION_SHADERS, { aCorner: 0 });
     this._screen = filledBuffer(gl, WHOLE_PICTURE);
   }
@@ -133,29 +130,13 @@ class Reflection {
   /** A mesh of `Files`, nine numbers of transport for each of its corners, and the light as nine [r, g, b]. */
   setScene(mesh, transport, light) {
     this.camera.lookAt(mesh.places);
-    this._light = light;
+    this.light = light;
     this._gbuffer.setScene(mesh, transport);
-  }
-
-  /** Six pictures of one size, in the order of `Files.FACES`. */
-  setSky(pictures) {
-    this._sky.setFaces(pictures);
-  }
-
-  /** Draw into what is bound; encoded as screens want it, or linear. */
-  draw(width, height, encoded = true) {
-    const gl = this.gl;
-    gl.viewport(0, 0, width, height);
-    gl.clearColor(0, 0, 0, 0);
-    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-    if (this._light) this._drawMesh(width, height, encoded);
-    gl.viewport(0, 0, width, height);
-    this._sky.draw(this.camera, this.turn, width / height);
   }
 
   _drawMesh(width, height, encoded) {
     const gl = this.gl, uniform = (name) => gl.getUniformLocation(this._program, name);
-    const light = Harmonics.turned(this._light, this.turn), step = 2 * this.camera.radius / this.steps;
+    const light = Harmonics.turned(this.light, this.turn), step = 2 * this.camera.radius / this.steps;
     this._gbuffer.draw(this.camera, light, width, height);
     gl.viewport(0, 0, width, height);
     gl.useProgram(this._program);

@@ -27,12 +27,9 @@ const MESH_SHADERS = [
 ];
 const MESH_SLOTS = { aPlace: 0, aTransport: 1 }; // a mat3 fills three
 
-class Viewer {
+class Viewer extends View {
   constructor(gl) {
-    this.gl = gl;
-    this.turn = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]; // of the sky
-    this.camera = new Camera();
-    this._sky = new Sky(gl);
+    super(gl);
     this._program = linkedProgram(gl, MESH_SHADERS, MESH_SLOTS);
   }
 
@@ -45,27 +42,12 @@ class Viewer {
     this._transport = filledBuffer(this.gl, transport);
   }
 
-  /** Six pictures of one size, in the order of `Files.FACES`. */
-  setSky(pictures) {
-    this._sky.setFaces(pictures);
-  }
-
-  /** Draw into what is bound; encoded as screens want it, or linear. */
-  draw(width, height, encoded = true) {
-    const gl = this.gl;
-    gl.viewport(0, 0, width, height);
-    gl.clearColor(0, 0, 0, 0);
-    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-    if (this.count) this._drawMesh(width / height, encoded);
-    this._sky.draw(this.camera, this.turn, width / height);
-  }
-
-  _drawMesh(aspect, encoded) {
+  _drawMesh(width, height, encoded) {
     const gl = this.gl, uniform = (name) => gl.getUniformLocation(this._program, name);
     gl.useProgram(this._program);
     gl.enable(gl.DEPTH_TEST);
     gl.depthFunc(gl.LEQUAL);
-    gl.uniformMatrix4fv(uniform("uCamera"), false, this.camera.matrix(aspect));
+    gl.uniformMatrix4fv(uniform("uCamera"), false, this.camera.matrix(width / height));
     gl.uniformMatrix3fv(uniform("uLight"), false, Harmonics.byChannel(Harmonics.turned(this.light, this.turn)));
     gl.uniform1i(uniform("uEncoded"), encoded ? 1 : 0);
     feed(gl, this._places, MESH_SLOTS.aPlace, 3);
