@@ -110,7 +110,7 @@ class _PreviewedBake(WholeBakeOperator, RunProperties):
 
     previews: BoolProperty(  # type: ignore[valid-type]
         name="Previews",
-        description="Show what comes before all rays are cast. The button does unless it is told not to, scripts only if they are told",
+        description="Show what comes before all rays are cast. On by default for the button, off for scripts",
         default=False,
         options={"SKIP_SAVE"},
     )

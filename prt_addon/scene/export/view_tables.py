@@ -18,7 +18,7 @@ TOE, TOP = 0.18 * 2.0**-6, 0.18 * 2.0**8
 
 
 def entries() -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    """(SIZE,) the linear light that a table is asked at, along each channel."""
+    """(SIZE,) the linear light at which a table has values, along each channel."""
     share = np.linspace(0.0, 1.0, SIZE)
     return TOE * ((TOP / TOE + 1.0) ** share - 1.0)
 
