@@ -17,7 +17,11 @@ _PARTS = [
         (f"T{i}", f"Coefficient {i}", f"Of Y_{i}, {what}; grey is 0")
         for i, what in enumerate(("y", "z", "x", "xy", "yz", "3z² - 1", "xz", "x² - y²"), start=1)
     ),
-    ("BAND1", "Band 1", "The length of coefficients 1 to 3: how much it matters from which side of the sky light comes"),
+    (
+        "BAND1",
+        "Band 1",
+        "The length of coefficients 1 to 3: how much it matters from which side of the sky light comes",
+    ),
     ("BAND2", "Band 2", "The length of coefficients 4 to 8"),
 ]
 

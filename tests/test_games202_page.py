@@ -66,7 +66,8 @@ function tell(promise) {
 """What the probes share: they draw in floats, as bytes are too coarse, and send what they find to the server."""
 
 SCRIPTS = "".join(
-    f'<script src="{name}.js"></script>' for name in ("files", "harmonics", "program", "camera", "sky", "view", "viewer")
+    f'<script src="{name}.js"></script>'
+    for name in ("files", "harmonics", "program", "camera", "sky", "view", "viewer")
 )
 
 MESH_PROBE = f"""{SCRIPTS}<script>
