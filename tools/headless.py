@@ -51,6 +51,16 @@ def disable_extension() -> None:
     addon_utils.disable(PACKAGE, default_set=True)
 
 
+@contextmanager
+def extension_disabled() -> Iterator[None]:
+    """Disable the extension for a while; it is enabled again whatever happens, as all that follows needs it."""
+    disable_extension()
+    try:
+        yield
+    finally:
+        reenable_extension()
+
+
 def use_nodes(block: bpy.types.Material | bpy.types.World) -> None:
     """Have a material or a world made of nodes: since 5.0 they all are, and saying so is deprecated."""
     if bpy.app.version < (5, 0, 0):

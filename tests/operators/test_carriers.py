@@ -362,10 +362,7 @@ def test_without_the_extension(blender, scene, stage, carrier, tmp_path):
     ob = rounded(stage)
     blender.ops.prt.bake(**BAKE)
     before = stored(carrier, ob)
-    headless.disable_extension()
-    try:
+    with headless.extension_disabled():
         ob.location.z = 1.0
         blender.context.view_layer.update()
         assert same(shown(blender, ob), before)
-    finally:
-        headless.reenable_extension()

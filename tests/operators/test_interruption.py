@@ -306,11 +306,8 @@ def test_the_extension_may_be_disabled_meanwhile(blender, part, stage, small, jo
     job = job_of("SHADOWED", NOT_SOON)()
     job.start()
     began = time.perf_counter()
-    headless.disable_extension()
-    try:
+    with headless.extension_disabled():
         assert not job.running and not engines() and time.perf_counter() - began < 5.0
-    finally:
-        headless.reenable_extension()
     assert blender.ops.prt.bake(mode="SHADOWED", samples=4) == {"FINISHED"}
 
 

@@ -274,11 +274,8 @@ def test_another_file_and_disabling_end_it(blender, part, stage, modal):
     before = stage.file_snapshot()
     desk = modal(LONG).until_shown()
     headless = importlib.import_module("headless")
-    headless.disable_extension()
-    try:
+    with headless.extension_disabled():
         assert stage.file_snapshot() == before and not desk._job.running
-    finally:
-        headless.reenable_extension()
     desk = modal(LONG).until_shown()
     blender.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     assert part("session").session.before is None
