@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Several objects, one bake."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -41,13 +43,18 @@ def test_one_array_per_object():
 
 
 def test_objects_shadow_each_other():
-    """The floor under the ball is darker than with the floor alone."""
-    groups, occluders = scene()
-    floor, lonely = groups[2], Occluders(occluders.vertices, occluders.triangles[-128:])  # 8 x 8 x 2
-    together, alone = (bake([floor], blocking, SETTINGS)[0] for blocking in (occluders, lonely))
+    """Under the middle of a ball of radius r at a height h, the floor is left 1 - (r / h)^2 of its light."""
+    groups, _ = scene()
+    floor, sheet = groups[2], (shapes.grid(8, 6.0)[0] - (0, 0, 0.6), shapes.grid(8, 6.0)[1])
+    ball = shapes.icosphere(4)
+    together, alone = (
+        bake([floor], Occluders(*shapes.joined(*meshes)), replace(SETTINGS, samples=4096))[0]
+        for meshes in ([(ball[0] * 0.5, ball[1]), sheet], [sheet])
+    )
     middle = np.argmin(np.linalg.norm(floor.points[:, :2], axis=1))
-    assert together[middle, 0] < 0.3 * alone[middle, 0]
+    assert np.linalg.norm(floor.points[middle] - (0, 0, -0.6)) < 1e-6
     assert alone[middle, 0] == pytest.approx(np.sqrt(1 / (4 * np.pi)), rel=1e-6)
+    assert together[middle, 0] / alone[middle, 0] == pytest.approx(1 - (0.5 / 0.6) ** 2, abs=0.01)
 
 
 def test_bits_do_not_depend_on_the_company():
