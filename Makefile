@@ -8,6 +8,7 @@
 # make web      the viewer of web pages, built anew, and the demo's scene in it: build/web
 # make course   the GAMES202 course's homework, its files in build/course and its pictures: docs/course.md
 # make lint     style, types, workflows and issue forms
+# make docs     the documents and the engine's reference as a site: build/docs
 # make package  the zips that people install, in dist
 # make app      those zips tried in a real Blender's window: Debian and root only; sets up APP_ROOT, pictures in build/app
 # Each makes the environment that it needs under build/venv, and looks for the libraries of the system that bpy links to.
@@ -20,13 +21,14 @@ BPY_3.13 := 5.2
 BPY ?= $(BPY_$(PY))
 VENV := build/venv/py$(PY)-bpy$(BPY)
 LINT := build/venv/lint-py$(PY)
+DOCS := build/venv/docs-py$(PY)
 BLEND ?=
 TESTS ?=
 KILLS ?= 100
 APP_ROOT ?= build/app/root
 PYTEST = cd tests && ../$(VENV)/bin/python -m pytest
 
-.PHONY: demo test check check-engine check-blender torture farm bench gallery course web lint package app clean
+.PHONY: demo test check check-engine check-blender torture farm bench gallery course web lint docs package app clean
 
 demo: $(VENV)/.ready
 	$(VENV)/bin/python tools/demo.py $(if $(BLEND),--blend "$(BLEND)")
@@ -72,6 +74,10 @@ lint: $(LINT)/.ready
 	$(LINT)/bin/check-jsonschema --builtin-schema vendor.github-issue-config .github/ISSUE_TEMPLATE/config.yml
 	$(LINT)/bin/check-jsonschema --builtin-schema vendor.github-issue-forms $(filter-out %/config.yml,$(wildcard .github/ISSUE_TEMPLATE/*.yml))
 
+docs: $(DOCS)/.ready
+	rm -rf docs/engine
+	$(DOCS)/bin/python -m sphinx --quiet --fail-on-warning --fresh-env docs build/docs
+
 package: $(VENV)/.ready
 	$(VENV)/bin/python tools/package.py
 
@@ -106,6 +112,12 @@ $(LINT)/.ready: pyproject.toml | build/.system
 	$(PYTHON) -m venv $(LINT)
 	$(LINT)/bin/python -m pip install --quiet --upgrade "pip>=25.1"
 	$(LINT)/bin/python -m pip install --quiet --group lint
+	touch $@
+
+$(DOCS)/.ready: pyproject.toml | build/.system
+	$(PYTHON) -m venv $(DOCS)
+	$(DOCS)/bin/python -m pip install --quiet --upgrade "pip>=25.1"
+	$(DOCS)/bin/python -m pip install --quiet --group docs
 	touch $@
 
 clean:

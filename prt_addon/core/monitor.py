@@ -10,8 +10,9 @@ from dataclasses import dataclass
 class Work:
     """An amount of work.
 
-    rays: to cast.
-    bounces: of light, as the number of rays that take as long.
+    Attributes:
+        rays: to cast.
+        bounces: of light, as the number of rays that take as long.
     """
 
     rays: int = 0

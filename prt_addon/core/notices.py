@@ -16,10 +16,11 @@ _MOST_NAMES = 5
 class Kind:
     """A kind of thing that there is to say about an object or a material.
 
-    one: the sentence about one of them, with "{name}" and the notice's own details in braces.
-    many: the sentence about several, with "{count}" and "{names}".
-    level: a WARNING where the result is not what was asked for.
-    fix: identifier of the operator that may mend it, such as "prt.subdivide"; empty if there is none.
+    Attributes:
+        one: the sentence about one of them, with "{name}" and the notice's own details in braces.
+        many: the sentence about several, with "{count}" and "{names}".
+        level: a WARNING where the result is not what was asked for.
+        fix: identifier of the operator that may mend it, such as "prt.subdivide"; empty if there is none.
     """
 
     one: str
@@ -32,8 +33,9 @@ class Kind:
 class Notice:
     """One thing to say.
 
-    name: whom it is about.
-    details: what else the sentence about a single one needs.
+    Attributes:
+        name: whom it is about.
+        details: what else the sentence about a single one needs.
     """
 
     kind: Kind
@@ -50,7 +52,8 @@ class Notice:
 class Counted:
     """All notices of one kind, as one sentence.
 
-    names: whom it is about.
+    Attributes:
+        names: whom it is about.
     """
 
     kind: Kind

@@ -47,9 +47,10 @@ def _in(modes: tuple[Mode, ...], default: Any) -> Any:
 class BakeSettings:
     """What a bake depends on beside the geometry.
 
-    samples: rays per receiver.
-    bounces: of light, if tolerance is 0.
-    tolerance: if above 0, bounce until no coefficient changes by as much.
+    Attributes:
+        samples: rays per receiver.
+        bounces: of light, if tolerance is 0.
+        tolerance: if above 0, bounce until no coefficient changes by as much.
     """
 
     mode: Mode = "SHADOWED"
@@ -77,15 +78,16 @@ class BakeSettings:
 class ReceiverGroup:
     """The receivers of one object, in the axes of its island.
 
-    name: the object's, for messages.
-    points, normals: (N, 3) float64; normals are unit length.
-    radius: of the object, to scale the skipped start of rays.
-    edges: (E, 2) pairs of receivers that are neighbours on the mesh, over which those inside other geometry are
-        filled; without any, none is.
-    faces: (F, 3) the receivers at the corners of each triangle, in whose open parts the values of covered corners are found;
-        without any, these stay black.
-    horizons: (N, 3) unit normals of the faces themselves, where the shading normals are bent away from these: light from
-        below them is blocked, by single sheets too. Zero, or None, where it need not be looked at.
+    Attributes:
+        name: the object's, for messages.
+        points, normals: (N, 3) float64; normals are unit length.
+        radius: of the object, to scale the skipped start of rays.
+        edges: (E, 2) pairs of receivers that are neighbours on the mesh, over which those inside other geometry are
+            filled; without any, none is.
+        faces: (F, 3) the receivers at the corners of each triangle, in whose open parts the values of covered corners are found;
+            without any, these stay black.
+        horizons: (N, 3) unit normals of the faces themselves, where the shading normals are bent away from these: light from
+            below them is blocked, by single sheets too. Zero, or None, where it need not be looked at.
     """
 
     name: str
@@ -104,12 +106,13 @@ class ReceiverGroup:
 class Occluders:
     """All that blocks light, in the axes of its island.
 
-    vertices: (V, 3) float64.
-    triangles: (T, 3), front = counter-clockwise.
-    corner_receiver: (T, 3) int64, which receiver, counted through all groups of the island, stands at each corner of a triangle;
-        -1 returns no light. All black if None. Only interreflection needs it.
-    albedo: of the triangles; white if None.
-    one_sided: (T,) whether light passes through the back of a triangle; through none if None.
+    Attributes:
+        vertices: (V, 3) float64.
+        triangles: (T, 3), front = counter-clockwise.
+        corner_receiver: (T, 3) int64, which receiver, counted through all groups of the island, stands at each corner of a triangle;
+            -1 returns no light. All black if None. Only interreflection needs it.
+        albedo: of the triangles; white if None.
+        one_sided: (T,) whether light passes through the back of a triangle; through none if None.
     """
 
     vertices: Float64
@@ -130,8 +133,9 @@ class Occluders:
 class TraceKey:
     """What rays find depends on nothing but this: the cache, checkpoints and shards know them by it.
 
-    fingerprint: of all that receives and blocks light.
-    receivers: of all objects.
+    Attributes:
+        fingerprint: of all that receives and blocks light.
+        receivers: of all objects.
     """
 
     fingerprint: str
@@ -160,7 +164,8 @@ class Island:
     What stays in its place is one island, in world space. Each object that may move is one of its own: its surface
     alone blocks its light, in its own axes.
 
-    groups: also of objects that only bounce light at others.
+    Attributes:
+        groups: also of objects that only bounce light at others.
     """
 
     groups: Sequence[ReceiverGroup]
@@ -188,8 +193,9 @@ class BakeProblem:
 
     Groups are numbered through all islands, and so are receivers, island by island.
 
-    fingerprint: of all that receives and blocks light, for the `TraceKey`; whoever reads a scene knows how to make one
-        that is the same on all machines.
+    Attributes:
+        fingerprint: of all that receives and blocks light, for the `TraceKey`; whoever reads a scene knows how to make one
+            that is the same on all machines.
     """
 
     islands: Sequence[Island]

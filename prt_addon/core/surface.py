@@ -25,8 +25,9 @@ Extension = Literal["REPEAT", "EXTEND", "CLIP", "MIRROR"]
 class CornerColours:
     """A colour attribute: linear between the corners of each triangle.
 
-    triangles: (P,) which of the scene's triangles it covers.
-    colours: (P, 3, 3) float32, linear RGB of corner k at [:, k].
+    Attributes:
+        triangles: (P,) which of the scene's triangles it covers.
+        colours: (P, 3, 3) float32, linear RGB of corner k at [:, k].
     """
 
     triangles: Ints
@@ -46,10 +47,11 @@ class CornerColours:
 class TexturePatch:
     """A picture laid over triangles by their UV map.
 
-    triangles: (P,) which of the scene's triangles it covers.
-    uv: (P, 3, 2) float32, coordinates of corner k at [:, k]; (0, 0) is the picture's lower left corner.
-    image: (H, W, 3) float32, linear light, row 0 at the bottom; texel i has its centre at (i + 0.5) / W.
-    interpolation, extension: as the Image Texture node names them. What CLIP leaves out is black.
+    Attributes:
+        triangles: (P,) which of the scene's triangles it covers.
+        uv: (P, 3, 2) float32, coordinates of corner k at [:, k]; (0, 0) is the picture's lower left corner.
+        image: (H, W, 3) float32, linear light, row 0 at the bottom; texel i has its centre at (i + 0.5) / W.
+        interpolation, extension: as the Image Texture node names them. What CLIP leaves out is black.
     """
 
     triangles: Ints
@@ -112,8 +114,9 @@ AlbedoPattern = CornerColours | TexturePatch
 class Albedo:
     """The diffuse albedo of a scene's triangles, RGB, linear light.
 
-    constant: (T, 3), one colour per triangle.
-    patterns: what covers some triangles instead; where two overlap the later one shows.
+    Attributes:
+        constant: (T, 3), one colour per triangle.
+        patterns: what covers some triangles instead; where two overlap the later one shows.
     """
 
     constant: npt.NDArray[np.floating[Any]]

@@ -19,8 +19,9 @@ if TYPE_CHECKING:
 class Workers:
     """Threads that share the work, and who watches them: nothing that a result depends on.
 
-    threads: how many; all cores if None or 0. One works in the thread that gives the work.
-    monitor: called in the thread that gives the work; what it raises stops the work and comes out there.
+    Attributes:
+        threads: how many; all cores if None or 0. One works in the thread that gives the work.
+        monitor: called in the thread that gives the work; what it raises stops the work and comes out there.
     """
 
     threads: int | None = None

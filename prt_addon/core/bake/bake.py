@@ -27,9 +27,10 @@ Float32 = npt.NDArray[np.float32]
 class BakeResult:
     """What a bake came to.
 
-    transport: of each group of the problem, (N, 9) float32, or (N, 9, 3) RGB if interreflected.
-    direct: (N, 9) float32 of each group, the part of it that no bounce brought.
-    findings: what there is to say of the groups, each with the number of its group.
+    Attributes:
+        transport: of each group of the problem, (N, 9) float32, or (N, 9, 3) RGB if interreflected.
+        direct: (N, 9) float32 of each group, the part of it that no bounce brought.
+        findings: what there is to say of the groups, each with the number of its group.
     """
 
     transport: list[Float32]

@@ -30,13 +30,14 @@ _HIT = 8
 class Estimate:
     """What a bake in shards takes, on the machine that this was measured on.
 
-    receivers, rays: of the largest shard.
-    preparing: seconds before its first ray.
-    casting: seconds for its rays.
-    memory: bytes of the engine's process, beside Blender's own.
-    disk: bytes of all shards together.
-    merging: seconds to read the shards and to bounce the light.
-    merging_memory: bytes of the engine's process meanwhile.
+    Attributes:
+        receivers, rays: of the largest shard.
+        preparing: seconds before its first ray.
+        casting: seconds for its rays.
+        memory: bytes of the engine's process, beside Blender's own.
+        disk: bytes of all shards together.
+        merging: seconds to read the shards and to bounce the light.
+        merging_memory: bytes of the engine's process meanwhile.
     """
 
     receivers: int

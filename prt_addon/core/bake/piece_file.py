@@ -47,9 +47,10 @@ _COEFFICIENTS = sh.coefficient_count(sh.ORDER)
 class PieceFile:
     """A file whose own word was read and makes sense: which receivers it holds, and of which bake.
 
-    start, stop: the receivers, counted through all islands.
-    shard: index and count of the shard it belongs to; None if it is a checkpoint's.
-    header: all that it says.
+    Attributes:
+        start, stop: the receivers, counted through all islands.
+        shard: index and count of the shard it belongs to; None if it is a checkpoint's.
+        header: all that it says.
     """
 
     path: Path

@@ -27,8 +27,9 @@ _WORTH = 1 << 22  # rays, which take a second: a bake of fewer is there as soon 
 class Preview:
     """A bake of few rays.
 
-    settings: those that it was baked with.
-    samples: rays per receiver that the whole bake casts.
+    Attributes:
+        settings: those that it was baked with.
+        samples: rays per receiver that the whole bake casts.
     """
 
     settings: BakeSettings

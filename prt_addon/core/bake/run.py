@@ -17,11 +17,12 @@ MEMORY = 2 << 30
 class Run:
     """How a bake is carried out: nothing that its result depends on.
 
-    workers: who casts the rays, and who watches.
-    kept: where traces of interreflected bakes are kept; one that is found there needs no new rays.
-    scenes: where ray casters are kept, if there will be several passes over the same occluders.
-    memory: bytes of hits that stay in memory; those beyond lie on disk, and light bounces more slowly.
-    pieces: where what rays find is saved while they are cast; what is there already needs no new rays.
+    Attributes:
+        workers: who casts the rays, and who watches.
+        kept: where traces of interreflected bakes are kept; one that is found there needs no new rays.
+        scenes: where ray casters are kept, if there will be several passes over the same occluders.
+        memory: bytes of hits that stay in memory; those beyond lie on disk, and light bounces more slowly.
+        pieces: where what rays find is saved while they are cast; what is there already needs no new rays.
     """
 
     workers: Workers = ALL_CORES

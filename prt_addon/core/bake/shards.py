@@ -56,10 +56,11 @@ class Shard:
 class Piece:
     """What the rays of some receivers found.
 
-    receivers: which.
-    direct: (n, 9) their transport without bounces.
-    hits: what light may bounce off; None in a bake without bounces.
-    found: whether it lay in the folder.
+    Attributes:
+        receivers: which.
+        direct: (n, 9) their transport without bounces.
+        hits: what light may bounce off; None in a bake without bounces.
+        found: whether it lay in the folder.
     """
 
     receivers: slice
@@ -72,9 +73,10 @@ class Piece:
 class PieceFolder:
     """The pieces of one bake in a folder, which may hold others.
 
-    key: of all its pieces.
-    shard: what is saved belongs to it.
-    first: number of the receiver that callers count as 0.
+    Attributes:
+        key: of all its pieces.
+        shard: what is saved belongs to it.
+        first: number of the receiver that callers count as 0.
     """
 
     folder: Path

@@ -57,13 +57,14 @@ _TINY = Kind(
 class Traced:
     """What the rays of an island found; another albedo or number of bounces needs no new ones.
 
-    sizes: receivers of each group.
-    direct: (N + M, 9) float32 shadowed transport of all groups, mended where they lie inside other geometry; then that of
-        samples in the open parts of faces with covered corners.
-    hits: what the blocked rays of both hit, if light shall bounce.
-    mend: what is done about receivers inside other geometry.
-    mended: (N,) which these are.
-    findings: what there is to say of the groups, each with the number of its group.
+    Attributes:
+        sizes: receivers of each group.
+        direct: (N + M, 9) float32 shadowed transport of all groups, mended where they lie inside other geometry; then that of
+            samples in the open parts of faces with covered corners.
+        hits: what the blocked rays of both hit, if light shall bounce.
+        mend: what is done about receivers inside other geometry.
+        mended: (N,) which these are.
+        findings: what there is to say of the groups, each with the number of its group.
     """
 
     sizes: list[int]

@@ -22,9 +22,10 @@ _NEARLY_ZERO = 1e-3  # stands for 0, of which there is a limit, but no value
 class EnergyTable:
     """Albedos at even steps from 0 to 1.
 
-    steps: (N,) for mu as well as for roughness.
-    albedo: of shape (N, N), roughness along rows, mu along columns.
-    average: (N,) E_avg at each roughness.
+    Attributes:
+        steps: (N,) for mu as well as for roughness.
+        albedo: of shape (N, N), roughness along rows, mu along columns.
+        average: (N,) E_avg at each roughness.
     """
 
     steps: Array

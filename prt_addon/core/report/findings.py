@@ -29,9 +29,10 @@ _FRESH_RAYS = 1 << 22  # of one object, for sampling and tessellation: about a s
 class Effort:
     """How much work a report may be.
 
-    points: of each object's surface.
-    samples: paths per point, twice; up to 16 times as many until the truth has converged.
-    seed: of all random numbers.
+    Attributes:
+        points: of each object's surface.
+        samples: paths per point, twice; up to 16 times as many until the truth has converged.
+        seed: of all random numbers.
     """
 
     points: int = 256
@@ -43,19 +44,20 @@ class Effort:
 class Findings:
     """Radiance that a white surface shows at n points, RGB; what is estimated comes twice, independently.
 
-    name: of the object.
-    weights: (n,) the area each point stands for.
-    shown: (n, 3) what the shader shows.
-    truth: (2, n, 3) what arrives.
-    kept: (2, n, 3) what the light stored on the world would show, of transport without noise.
-    orders: (2, 6, n, 3) the same of the sky in orders 1 to 6, none windowed.
-    sunless: (2, n, 3) what the stored order loses of the sky without its suns; None if it has none.
-    at_points: (2, m, 3) what fresh bakes show at m of the points, m < n where the bake had many samples, and
-    between: (2, m, 3) what they show there if they are made at the corners and interpolated.
-    fresh: (m,) which points these are.
-    at_seam: (n,) which points lie on faces with a corner inside other geometry.
-    inside: share of the surface that lies inside other geometry, and is left out.
-    mode, samples: of the bake; no samples where it cast no rays.
+    Attributes:
+        name: of the object.
+        weights: (n,) the area each point stands for.
+        shown: (n, 3) what the shader shows.
+        truth: (2, n, 3) what arrives.
+        kept: (2, n, 3) what the light stored on the world would show, of transport without noise.
+        orders: (2, 6, n, 3) the same of the sky in orders 1 to 6, none windowed.
+        sunless: (2, n, 3) what the stored order loses of the sky without its suns; None if it has none.
+        at_points: (2, m, 3) what fresh bakes show at m of the points, m < n where the bake had many samples, and
+        between: (2, m, 3) what they show there if they are made at the corners and interpolated.
+        fresh: (m,) which points these are.
+        at_seam: (n,) which points lie on faces with a corner inside other geometry.
+        inside: share of the surface that lies inside other geometry, and is left out.
+        mode, samples: of the bake; no samples where it cast no rays.
     """
 
     name: str

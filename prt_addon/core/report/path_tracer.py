@@ -38,11 +38,12 @@ _GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 class Bounces:
     """What paths need of surfaces to go on from them.
 
-    count: how often a path may bounce.
-    corners: (T, 3, 3) the triangles' corners in the scene's normalised coordinates.
-    normals: (T, 3, 3) unit shading normals at the corners.
-    returns: (T,) whether the triangle returns light.
-    albedo: of the triangles.
+    Attributes:
+        count: how often a path may bounce.
+        corners: (T, 3, 3) the triangles' corners in the scene's normalised coordinates.
+        normals: (T, 3, 3) unit shading normals at the corners.
+        returns: (T,) whether the triangle returns light.
+        albedo: of the triangles.
     """
 
     count: int
@@ -56,8 +57,9 @@ class Bounces:
 class Arrived:
     """What arrives at n points.
 
-    radiance: (n, P, 3), what a white receiver shows under each picture of the sky.
-    transport: (n, (order + 1)**2, 3), the same under each harmonic.
+    Attributes:
+        radiance: (n, P, 3), what a white receiver shows under each picture of the sky.
+        transport: (n, (order + 1)**2, 3), the same under each harmonic.
     """
 
     radiance: Float64

@@ -23,10 +23,11 @@ class PictureDifference:
 
     The intervals of the first two are those that the truth's own noise leaves: no other pixels could have been drawn.
 
-    relative_rms: as in `measures`, every pixel counting alike.
-    bias: by how much it is too bright, as a share of the truth's mean.
-    percentile_95: what 95 % of the pixels' errors stay below, as a share of the truth's RMS; noise included.
-    pixels: how many were compared.
+    Attributes:
+        relative_rms: as in `measures`, every pixel counting alike.
+        bias: by how much it is too bright, as a share of the truth's mean.
+        percentile_95: what 95 % of the pixels' errors stay below, as a share of the truth's RMS; noise included.
+        pixels: how many were compared.
     """
 
     relative_rms: Estimate

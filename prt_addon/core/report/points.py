@@ -16,9 +16,10 @@ Int64 = npt.NDArray[np.int64]
 class SurfacePoints:
     """n points of one object's surface.
 
-    positions, normals: (n, 3) in the axes of its receivers; normals are the unit shading normals.
-    corners: (n, 3) the object's receivers at the corners of the triangle that each lies in.
-    shares: (n, 3) barycentric coordinates.
+    Attributes:
+        positions, normals: (n, 3) in the axes of its receivers; normals are the unit shading normals.
+        corners: (n, 3) the object's receivers at the corners of the triangle that each lies in.
+        shares: (n, 3) barycentric coordinates.
     """
 
     positions: Float64

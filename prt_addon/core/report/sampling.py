@@ -24,8 +24,9 @@ Float64 = npt.NDArray[np.float64]
 class Sampling:
     """Standard error of what is shown, as a share of the true radiance's RMS.
 
-    relative_rms: of it.
-    percentile_95: what 95 % of the surface stay below.
+    Attributes:
+        relative_rms: of it.
+        percentile_95: what 95 % of the surface stay below.
     """
 
     relative_rms: Estimate

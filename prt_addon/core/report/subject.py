@@ -65,8 +65,9 @@ class Light:
 class Scenery:
     """Surfaces that shade each other, and the transport of all that stands there.
 
-    groups: as the bake had them, in the order that `occluders.corner_receiver` counts their receivers.
-    transport: (N, 9, 3) float32 of all these receivers; NaN where nothing is baked. Needed where light bounces.
+    Attributes:
+        groups: as the bake had them, in the order that `occluders.corner_receiver` counts their receivers.
+        transport: (N, 9, 3) float32 of all these receivers; NaN where nothing is baked. Needed where light bounces.
     """
 
     occluders: Occluders
@@ -119,13 +120,14 @@ class Scenery:
 class Subject:
     """One baked object.
 
-    group: its receivers.
-    settings: what it was baked with.
-    transport: (n, 9, 3) float32 what is stored, per receiver.
-    corners: (T, 3, 3) its triangles, in the axes of its receivers.
-    corner_receiver: (T, 3) its own receivers at them.
-    scenery: what shades it.
-    axes: (3, 3) columns: the axes of its receivers in the world.
+    Attributes:
+        group: its receivers.
+        settings: what it was baked with.
+        transport: (n, 9, 3) float32 what is stored, per receiver.
+        corners: (T, 3, 3) its triangles, in the axes of its receivers.
+        corner_receiver: (T, 3) its own receivers at them.
+        scenery: what shades it.
+        axes: (3, 3) columns: the axes of its receivers in the world.
     """
 
     group: ReceiverGroup

@@ -23,8 +23,9 @@ WORTH_A_LAMP = 0.01
 class Suns:
     """What a sky holds of suns.
 
-    share: of the sky's light, integrated over the sphere, in [0, 1].
-    without: (H, W, 3) the picture with the sky's mean in their place.
+    Attributes:
+        share: of the sky's light, integrated over the sphere, in [0, 1].
+        without: (H, W, 3) the picture with the sky's mean in their place.
     """
 
     share: float

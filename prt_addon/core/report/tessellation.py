@@ -24,8 +24,9 @@ Float64 = npt.NDArray[np.float64]
 class Tessellation:
     """What interpolation loses, as a share of the true radiance's RMS.
 
-    relative_rms: of it.
-    shares: of the squared error, by object; they sum to one, or are all zero where there is no error.
+    Attributes:
+        relative_rms: of it.
+        shares: of the squared error, by object; they sum to one, or are all zero where there is no error.
     """
 
     relative_rms: Estimate

@@ -23,11 +23,12 @@ from .subject import ORDERS
 class Truncation:
     """What the stored order loses of this light on this mesh, as a share of the true radiance's RMS.
 
-    relative_rms: with the light as it is stored on the world, its window included.
-    by_order: what orders 1 to 6 lose of the plain sky.
-    without_suns: what order 2 would lose if the sky's suns were lamps, still as a share of all light; None if it has none.
-    reference_interval: half the 95 % interval of the truth at a point, that is, of the yardstick itself; the largest
-        of the objects.
+    Attributes:
+        relative_rms: with the light as it is stored on the world, its window included.
+        by_order: what orders 1 to 6 lose of the plain sky.
+        without_suns: what order 2 would lose if the sky's suns were lamps, still as a share of all light; None if it has none.
+        reference_interval: half the 95 % interval of the truth at a point, that is, of the yardstick itself; the largest
+            of the objects.
     """
 
     relative_rms: Estimate

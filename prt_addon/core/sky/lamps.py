@@ -43,9 +43,10 @@ _WORTH_IT = 0.9  # what another lamp must leave of the truncation at most
 class Lamp:
     """A distant disc of one colour with its neighbours.
 
-    direction: (3,) unit vector towards it, in the picture's directions.
-    irradiance: on a surface that faces it, mean of the channels.
-    radius: of the disc, in radians.
+    Attributes:
+        direction: (3,) unit vector towards it, in the picture's directions.
+        irradiance: on a surface that faces it, mean of the channels.
+        radius: of the disc, in radians.
     """
 
     direction: Array
@@ -57,8 +58,9 @@ class Lamp:
 class Lamps:
     """What is taken out of a sky.
 
-    colour: (3,) of all of them, with a mean of 1.
-    share: of the sky's light, in [0, 1].
+    Attributes:
+        colour: (3,) of all of them, with a mean of 1.
+        share: of the sky's light, in [0, 1].
     """
 
     lamps: tuple[Lamp, ...] = ()
@@ -130,9 +132,10 @@ def _without_gaps(track: Sequence[Lamp | None]) -> list[Lamp]:
 class _Spots:
     """The texels of all spots, those of a large picture together as they fall into cells.
 
-    directions: (N, 3).
-    excess: (N, 3) the light by which each is too bright.
-    whole: (3,) all light of the sky.
+    Attributes:
+        directions: (N, 3).
+        excess: (N, 3) the light by which each is too bright.
+        whole: (3,) all light of the sky.
     """
 
     directions: Array

@@ -63,8 +63,9 @@ _FIRST_LOOK = _spread(2)
 class Faces:
     """Triangles of receivers.
 
-    corners: (F, 3) receivers.
-    number: (F,) of each within its object.
+    Attributes:
+        corners: (F, 3) receivers.
+        number: (F,) of each within its object.
     """
 
     corners: Int64
@@ -75,11 +76,12 @@ class Faces:
 class Samples:
     """Samples of light inside faces that have covered corners.
 
-    receivers: M points.
-    corners: (M, 3) the receivers at the corners of each one's face.
-    shares: (M, 3) its barycentric coordinates.
-    weight: (M,) the area that it stands for.
-    covered: (N,) which receivers are fitted to them.
+    Attributes:
+        receivers: M points.
+        corners: (M, 3) the receivers at the corners of each one's face.
+        shares: (M, 3) its barycentric coordinates.
+        weight: (M,) the area that it stands for.
+        covered: (N,) which receivers are fitted to them.
     """
 
     receivers: Receivers

@@ -34,12 +34,13 @@ _FIXED_POINT = 2.0**30
 class Receivers:
     """Points that light arrives at.
 
-    points: (N, 3) float64, the scene's normalised coordinates (`RayScene.normalised`).
-    normals: (N, 3) float64 unit shading normals, world axes.
-    ids: (N,) int64, what the random turn depends on beside the seed: the index within the object, so that an
-        object's bake does not depend on which others are baked with it.
-    skips: (N,) float64, how far along itself each ray starts (`RayScene.skips`).
-    horizons: (N, 3) as those of a `ReceiverGroup`; None if there are none.
+    Attributes:
+        points: (N, 3) float64, the scene's normalised coordinates (`RayScene.normalised`).
+        normals: (N, 3) float64 unit shading normals, world axes.
+        ids: (N,) int64, what the random turn depends on beside the seed: the index within the object, so that an
+            object's bake does not depend on which others are baked with it.
+        skips: (N,) float64, how far along itself each ray starts (`RayScene.skips`).
+        horizons: (N, 3) as those of a `ReceiverGroup`; None if there are none.
     """
 
     points: Float64
@@ -138,7 +139,8 @@ def shadowed(
 class Rays:
     """The rays of n receivers, receiver-major: origins and directions (n * samples, 3), frames (n, 3, 3).
 
-    above: (n * samples,) which do not go down through the face that they start on; None if all of them.
+    Attributes:
+        above: (n * samples,) which do not go down through the face that they start on; None if all of them.
     """
 
     origins: Float32

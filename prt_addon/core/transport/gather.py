@@ -40,10 +40,11 @@ _FINE = 0.03  # at 256 rays; see `Gather`
 class _Bounce:
     """What one bounce reads.
 
-    returned_light: (M + 1, C * 9) what each source returns; the last one nothing.
-    stand_ins: (3 T,) the source that stands for hits drawn to each corner; the last one where the corners differ too much.
-    thin: None to read all hits, or the number of a thin bounce.
-    rays: how many rays of each receiver the hits that are read stand for.
+    Attributes:
+        returned_light: (M + 1, C * 9) what each source returns; the last one nothing.
+        stand_ins: (3 T,) the source that stands for hits drawn to each corner; the last one where the corners differ too much.
+        thin: None to read all hits, or the number of a thin bounce.
+        rays: how many rays of each receiver the hits that are read stand for.
     """
 
     returned_light: Float32
@@ -56,10 +57,11 @@ class _Bounce:
 class _Piece:
     """Hits of consecutive receivers, and what was looked up for them once.
 
-    receivers: which.
-    hits: theirs.
-    pattern_starts: (n + 1,) where each receiver's hits on patterned triangles start in `pattern_colours`.
-    pattern_colours: (P, C) uint16, fixed point.
+    Attributes:
+        receivers: which.
+        hits: theirs.
+        pattern_starts: (n + 1,) where each receiver's hits on patterned triangles start in `pattern_colours`.
+        pattern_colours: (P, C) uint16, fixed point.
     """
 
     receivers: slice

@@ -31,10 +31,11 @@ STEADY_BITS = 0xFFC0
 class KeptHits:
     """Hits that return light, eight bytes each, in the order of the receivers and of the rays of each.
 
-    samples: rays that were cast per receiver.
-    starts: (N + 1,) int64; the hits of receiver x are `packed[starts[x]:starts[x + 1]]`.
-    packed: (H,) uint64; in the upper 32 bits a corner, counted through all triangles: k of triangle t is 3 t + k. It is
-        drawn by the barycentrics, and may stand for the hit. Then u and v in 16 bits each, `ONE` being 1.
+    Attributes:
+        samples: rays that were cast per receiver.
+        starts: (N + 1,) int64; the hits of receiver x are `packed[starts[x]:starts[x + 1]]`.
+        packed: (H,) uint64; in the upper 32 bits a corner, counted through all triangles: k of triangle t is 3 t + k. It is
+            drawn by the barycentrics, and may stand for the hit. Then u and v in 16 bits each, `ONE` being 1.
     """
 
     samples: int

@@ -115,9 +115,10 @@ class MendedGather(Gather):
 class Surroundings:
     """What receivers may be buried in.
 
-    scene: to cast rays at.
-    vertices: (V, 3) world space.
-    triangles: (T, 3) the same that `scene` was made of.
+    Attributes:
+        scene: to cast rays at.
+        vertices: (V, 3) world space.
+        triangles: (T, 3) the same that `scene` was made of.
     """
 
     scene: RayScene

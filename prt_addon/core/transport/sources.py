@@ -21,9 +21,10 @@ class Sources:
 
     Light is tinted here, once per pair and not once per hit, wherever a triangle has one colour.
 
-    receiver: (M,) int64.
-    tint: (M, C) float32; black where the corner shows no receiver.
-    corner: (T, 3) int32, the source at each corner.
+    Attributes:
+        receiver: (M,) int64.
+        tint: (M, C) float32; black where the corner shows no receiver.
+        corner: (T, 3) int32, the source at each corner.
     """
 
     receiver: Int64
