@@ -27,6 +27,8 @@ napoleon_numpy_docstring = False
 napoleon_use_ivar = True
 napoleon_attr_annotations = False  # the signature has them
 autodoc_typehints = "signature"
+python_use_unqualified_type_names = True
+add_module_names = False
 autodoc_member_order = "bysource"
 autodoc_default_options = {"members": True}
 apidoc_modules = [
@@ -46,8 +48,15 @@ apidoc_modules = [
 def setup(app: Sphinx) -> None:
     """README.md and its like are included from one folder up."""
     app.connect("include-read", seen_from_here)
+    app.connect("autodoc-process-docstring", whole_sentences, priority=400)  # before Napoleon's, at 500
 
 
 def seen_from_here(_app: Sphinx, _path: Path, _parent: str, content: list[str]) -> None:
     """Turn the links of an included page into what they are in this folder."""
     content[0] = re.sub(r"""(\]\(|src=")docs/""", r"\1", content[0])
+
+
+def whole_sentences(_app: Sphinx, kind: str, _name: str, _of: object, _options: object, lines: list[str]) -> None:
+    """Keep Napoleon from taking what stands before a property's first colon for its type."""
+    if kind in ("property", "attribute", "data"):
+        lines.insert(0, "")

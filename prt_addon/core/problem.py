@@ -80,7 +80,8 @@ class ReceiverGroup:
 
     Attributes:
         name: the object's, for messages.
-        points, normals: (N, 3) float64; normals are unit length.
+        points: (N, 3) float64.
+        normals: (N, 3) float64 of unit length.
         radius: of the object, to scale the skipped start of rays.
         edges: (E, 2) pairs of receivers that are neighbours on the mesh, over which those inside other geometry are
             filled; without any, none is.

@@ -51,7 +51,8 @@ class TexturePatch:
         triangles: (P,) which of the scene's triangles it covers.
         uv: (P, 3, 2) float32, coordinates of corner k at [:, k]; (0, 0) is the picture's lower left corner.
         image: (H, W, 3) float32, linear light, row 0 at the bottom; texel i has its centre at (i + 0.5) / W.
-        interpolation, extension: as the Image Texture node names them. What CLIP leaves out is black.
+        interpolation: as the Image Texture node names it.
+        extension: as the Image Texture node names it. What CLIP leaves out is black.
     """
 
     triangles: Ints

@@ -31,7 +31,8 @@ class Estimate:
     """What a bake in shards takes, on the machine that this was measured on.
 
     Attributes:
-        receivers, rays: of the largest shard.
+        receivers: of the largest shard.
+        rays: of the largest shard.
         preparing: seconds before its first ray.
         casting: seconds for its rays.
         memory: bytes of the engine's process, beside Blender's own.

@@ -48,7 +48,8 @@ class PieceFile:
     """A file whose own word was read and makes sense: which receivers it holds, and of which bake.
 
     Attributes:
-        start, stop: the receivers, counted through all islands.
+        start: its first receiver, counted through all islands.
+        stop: the one after its last.
         shard: index and count of the shard it belongs to; None if it is a checkpoint's.
         header: all that it says.
     """

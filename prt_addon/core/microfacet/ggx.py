@@ -45,7 +45,8 @@ def single_scattering(outgoing: Array, incoming: Array, alpha: npt.ArrayLike) ->
     """The BRDF of perfect mirrors that light meets once, `D G / (4 cos_out cos_in)`, in 1/sr.
 
     Args:
-        outgoing, incoming: (..., 3) unit vectors above the surface; shapes broadcast.
+        outgoing: (..., 3) unit vectors above the surface.
+        incoming: the same, of a shape that broadcasts with it.
         alpha: > 0.
     """
     half = outgoing + incoming

@@ -57,7 +57,8 @@ class Findings:
         fresh: (m,) which points these are.
         at_seam: (n,) which points lie on faces with a corner inside other geometry.
         inside: share of the surface that lies inside other geometry, and is left out.
-        mode, samples: of the bake; no samples where it cast no rays.
+        mode: of the bake.
+        samples: of the bake; none where it cast no rays.
     """
 
     name: str

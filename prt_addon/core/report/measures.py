@@ -60,7 +60,8 @@ def ratio_of_means(values: Float64, truth: Float64, weights: Float64) -> Estimat
     """`sum w v / sum w t`, and its interval by linearisation (Cochran 1977, "Sampling Techniques", equation 6.13).
 
     Args:
-        values, truth: (n,) at each point.
+        values: (n,) at each point.
+        truth: (n,) at each point.
         weights: (n,) the area that each point stands for.
     """
     whole = float(weights @ truth)
@@ -76,7 +77,8 @@ def relative_rms(squares: Float64, truth: Float64, weights: Float64) -> Estimate
     """`sqrt(sum w s / sum w t)` and its interval.
 
     Args:
-        squares, truth: (n,) unbiased estimates of the squared error and of the squared truth at each point.
+        squares: (n,) unbiased estimates of the squared error at each point.
+        truth: (n,) those of the squared truth.
         weights: (n,) the area that each point stands for.
     """
     squared = ratio_of_means(squares, truth, weights)

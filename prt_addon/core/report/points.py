@@ -17,7 +17,8 @@ class SurfacePoints:
     """n points of one object's surface.
 
     Attributes:
-        positions, normals: (n, 3) in the axes of its receivers; normals are the unit shading normals.
+        positions: (n, 3) in the axes of its receivers.
+        normals: (n, 3) the unit shading normals, in the same axes.
         corners: (n, 3) the object's receivers at the corners of the triangle that each lies in.
         shares: (n, 3) barycentric coordinates.
     """

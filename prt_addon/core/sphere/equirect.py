@@ -20,7 +20,8 @@ def directions_at(rows: Numbers, columns: Numbers, height: int) -> Array:
     """(..., 3) unit vectors towards places in a picture of `height` rows and twice as many columns.
 
     Args:
-        rows, columns: of shapes that broadcast; need not be whole.
+        rows: need not be whole.
+        columns: the same, of a shape that broadcasts with it.
     """
     azimuth = np.pi * (1.0 - columns / height)
     elevation = np.pi * (rows / height - 0.5)

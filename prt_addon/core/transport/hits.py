@@ -122,7 +122,8 @@ def trace(
     Args:
         scene: what blocks the light.
         receivers: N points.
-        samples, seed: the pattern of rays.
+        samples: rays per receiver.
+        seed: of their pattern.
         returns: (T,) whether a triangle's front returns light.
         workers: who does it.
 
