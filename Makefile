@@ -65,11 +65,14 @@ web: build/.web $(VENV)/.ready
 course: $(VENV)/.ready
 	$(VENV)/bin/python tools/course
 
+# Tools are scripts that import each other by bare names, and two folders have a file of one name: each is checked by itself.
 lint: $(LINT)/.ready
 	$(LINT)/bin/ruff check .
 	$(LINT)/bin/ruff format --check .
 	mkdir -p build/types && ln -sfn ../.. build/types/prt_relight
 	$(LINT)/bin/mypy
+	for folder in tools tools/bench tools/course tools/app; do \
+		MYPYPATH=tools:$$folder:. $(LINT)/bin/mypy --explicit-package-bases $$folder/*.py || exit 1; done
 	$(LINT)/bin/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
 	$(LINT)/bin/check-jsonschema --builtin-schema vendor.github-issue-config .github/ISSUE_TEMPLATE/config.yml
 	$(LINT)/bin/check-jsonschema --builtin-schema vendor.github-issue-forms $(filter-out %/config.yml,$(wildcard .github/ISSUE_TEMPLATE/*.yml))

@@ -3,11 +3,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import demo_scene
 import headless
 import numpy as np
+import numpy.typing as npt
 from headless import bpy
 from PIL import Image
 
@@ -46,7 +49,7 @@ def render(scene: bpy.types.Scene, path: Path) -> Path:
     return path
 
 
-def render_linear(scene: bpy.types.Scene, path: Path) -> np.ndarray:
+def render_linear(scene: bpy.types.Scene, path: Path) -> npt.NDArray[Any]:
     """One frame in linear light, (height, width, 4), transparent where there is only sky."""
     scene.render.film_transparent = True
     scene.render.image_settings.file_format = "OPEN_EXR"
@@ -60,14 +63,14 @@ def render_linear(scene: bpy.types.Scene, path: Path) -> np.ndarray:
     return pixels.reshape(image.size[1], image.size[0], 4)
 
 
-def relative_rms(ours: np.ndarray, truth: np.ndarray) -> float:
+def relative_rms(ours: npt.NDArray[Any], truth: npt.NDArray[Any]) -> float:
     """RMS of the difference over the RMS of the truth, where both show a surface."""
     surface = np.minimum(ours[..., 3], truth[..., 3]) > 0.99
     difference = ours[surface][:, :3] - truth[surface][:, :3]
     return float(np.sqrt((difference**2).mean() / (truth[surface][:, :3] ** 2).mean()))
 
 
-def side_by_side(pictures: list[Image.Image]) -> Image.Image:
+def side_by_side(pictures: Sequence[Image.Image]) -> Image.Image:
     """Pictures of one size in a row."""
     width, height = pictures[0].size
     row = Image.new("RGB", (width * len(pictures), height))

@@ -12,14 +12,16 @@ import argparse
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import demo
 import demo_scene
 import frames
 import headless
 import numpy as np
+import numpy.typing as npt
 from headless import bpy
-from PIL import Image, ImageDraw
+from PIL import Image, ImageDraw, ImageSequence
 from tqdm import tqdm
 
 HDRIS = ("forest", "city", "courtyard", "interior", "night", "studio", "sunrise", "sunset")
@@ -36,7 +38,7 @@ class Shot:
     """One view: as displayed, and (height, width, 4) linear."""
 
     shown: Image.Image
-    linear: np.ndarray
+    linear: npt.NDArray[Any]
 
 
 def main() -> None:
@@ -64,9 +66,8 @@ def publish_demo(made: Path, pictures: Path) -> None:
         ).save(pictures / f"{name}.jpg", quality=88)
     turn = Image.open(made / "turn.gif")
     small = []
-    for number in range(turn.n_frames):
-        turn.seek(number)
-        small.append(turn.convert("RGB").resize((TURN_WIDTH, TURN_WIDTH * 9 // 16), Image.Resampling.LANCZOS))
+    for frame in ImageSequence.Iterator(turn):
+        small.append(frame.convert("RGB").resize((TURN_WIDTH, TURN_WIDTH * 9 // 16), Image.Resampling.LANCZOS))
     frames.save_gif(pictures / "turn.gif", small)
 
 
@@ -174,13 +175,13 @@ def sheet(truth: Shot, shots: dict[str, Shot]) -> Image.Image:
     return whole
 
 
-def difference(ours: np.ndarray, truth: np.ndarray) -> Image.Image:
+def difference(ours: npt.NDArray[Any], truth: npt.NDArray[Any]) -> Image.Image:
     """Red where ours is too bright, blue where it is too dark, white where it is right."""
     mean = truth[truth[..., 3] > 0.99][:, :3].mean()
     return coloured(np.where(ours[..., 3] > 0.99, (ours - truth)[..., :3].mean(axis=-1) / mean, 0.0)[::-1])
 
 
-def coloured(shares: np.ndarray) -> Image.Image:
+def coloured(shares: npt.NDArray[Any]) -> Image.Image:
     """A picture of signed shares, saturated at half."""
     strength = np.clip(2.0 * np.abs(shares), 0.0, 1.0)[..., None]
     hue = np.where(shares[..., None] > 0.0, (200, 30, 30), (30, 60, 200))

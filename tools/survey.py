@@ -128,14 +128,11 @@ def _apart(headless: Any, bpy: Any, baked: list[Any]) -> float | None:
         bpy.ops.prt.bake(**(_BAKE | {"samples": 256, "bounces": 3}))
         bpy.ops.prt.report(parts={"END_TO_END"}, **_PICTURE)
     except RuntimeError as error:
-        return _note(str(error))
+        print(error, file=sys.stderr)
+        return None
     document = json.loads(scene["prt_report"])
     value = document["end_to_end"]["relative_rms"]["value"]  # null where nothing could be compared
     return None if value is None else float(value)
-
-
-def _note(error: str) -> None:
-    print(error, file=sys.stderr)
 
 
 def _make_matte(headless: Any, bpy: Any, material: Any) -> None:

@@ -107,7 +107,7 @@ def bake_and_turn(display: Display) -> tuple[object, object]:
         window.hover_view()
         window.wait(lambda now: now["previews"], "a preview")
         for share in (0.1, 0.3):
-            window.wait(lambda now, share=share: (now["progress"] or 0.0) > share, "progress to move")
+            window.wait_for_progress(share)
         window.screenshot("window_2_baking")
         assert window.state["progress"], "the bake is too quick to be stopped half way"
         assert len(window.state["previews"]) == 2, "no preview is shown"

@@ -16,6 +16,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 Box = tuple[int, int, int, int]  # left, top, width, height in pixels, y down
 LETTERS = 60  # pixels that a row of Blender's interface, 20 at scale 1, is enlarged to: OCR wants large letters
@@ -77,7 +78,7 @@ class Window:
     def __enter__(self) -> Window:
         self._told.unlink(missing_ok=True)
         width, height = map(str, self.display.size)
-        command = ["blender", "--window-geometry", "0", "0", width, height, self.blend]
+        command: list[str | Path] = ["blender", "--window-geometry", "0", "0", width, height, self.blend]
         command += [part for script in self.scripts for part in ("--python", script)]
         environment = os.environ | {"BLENDER_USER_RESOURCES": str(self.profile)}
         with self.log.open("w") as log:
@@ -103,11 +104,15 @@ class Window:
         self._blender.wait(DEADLINE)
 
     @property
-    def state(self) -> dict:
+    def state(self) -> dict[str, Any]:
         """What watch.py has written; at most half a second old."""
         return json.loads(self._told.read_text())
 
-    def wait(self, condition: Callable[[dict], bool], what: str) -> dict:
+    def wait_for_progress(self, share: float) -> None:
+        """Wait until more than a share of a bake is done."""
+        self.wait(lambda now: (now["progress"] or 0.0) > share, "progress to move")
+
+    def wait(self, condition: Callable[[dict[str, Any]], bool], what: str) -> dict[str, Any]:
         """Wait until the state is as wanted, and return it."""
         wait_until(lambda: condition(self.state), what)
         return self.state

@@ -8,7 +8,7 @@ import bpy
 PACKAGE = "bl_ext.user_default.prt_relight"
 
 
-def disable():
+def disable() -> float | None:
     job = importlib.import_module(f"{PACKAGE}.prt_addon.worker.job").running_job()
     if not job or job.progress < 0.1:
         return 0.1

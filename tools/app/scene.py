@@ -12,7 +12,7 @@ from pathlib import Path
 import bpy
 
 
-def build():
+def build() -> None:
     bpy.ops.object.select_all(action="SELECT")
     bpy.ops.object.delete()
     bpy.ops.mesh.primitive_grid_add(x_subdivisions=120, y_subdivisions=120, size=6.0, location=(0.0, 0.0, -0.9))
@@ -40,7 +40,7 @@ def build():
     scene.prt.mode, scene.prt.samples = "SHADOWED", 1024
 
 
-def give_material(name, colour):
+def give_material(name: str, colour: tuple[float, float, float]) -> None:
     material = bpy.data.materials.new(name)
     material.node_tree.nodes["Principled BSDF"].inputs["Base Color"].default_value = (*colour, 1.0)
     bpy.context.object.data.materials.append(material)

@@ -10,6 +10,7 @@ import json
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import bpy
 import numpy as np
@@ -17,7 +18,7 @@ import numpy as np
 PACKAGE = "bl_ext.user_default.prt_relight"
 
 
-def state():
+def state() -> dict[str, Any]:
     """What is open, where the sidebar is, how far a bake is, and what is in the file."""
     window = bpy.context.window_manager.windows[0]
     [area] = [area for area in window.screen.areas if area.type == "VIEW_3D"]
@@ -50,29 +51,29 @@ def state():
     }
 
 
-def previews():
+def previews() -> list[int]:
     """How many meshes show one, and of how many rays each."""
     records = [mesh.get("prt_bake", {}) for mesh in bpy.data.meshes]
     return [record["samples"] for record in records if "preview_of" in record]
 
 
-def keyframes():
+def keyframes() -> int:
     """Frames from the first keyframe of the world to the last."""
     action = getattr(bpy.context.scene.world.animation_data, "action", None)
     return int(action.frame_range[1] - action.frame_range[0] + 1) if action else 0
 
 
-def panels():
+def panels() -> list[type[bpy.types.Panel]]:
     """The extension's panels."""
     return [panel for panel in bpy.types.Panel.__subclasses__() if panel.__module__.startswith(PACKAGE)]
 
 
-def box(region, window):
+def box(region: bpy.types.Region, window: bpy.types.Window) -> tuple[int, int, int, int]:
     """Left, top, width, height in pixels of the screen, whose y points down."""
     return region.x, window.height - region.y - region.height, region.width, region.height
 
 
-def content():
+def content() -> list[str]:
     """All that a bake may touch, a line each: meshes and their attributes, materials' nodes, the world's properties.
 
     Not Blender's own attributes, which begin with a dot: selections and the like come and go; nor materials without users,
@@ -92,7 +93,7 @@ def content():
     return lines
 
 
-def tell(path):
+def tell(path: Path) -> float:
     new = path.with_suffix(".new")
     new.write_text(json.dumps(state()))
     new.replace(path)  # at once: a reader sees the old or the new, never a half

@@ -13,6 +13,7 @@ import json
 import sys
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -21,13 +22,18 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tools")]
 import experiments as run  # noqa: E402 - these need the path
 import report  # noqa: E402
 
+from prt_addon.core.problem import Mode  # noqa: E402
+
+MODES: tuple[Mode, ...] = ("SHADOWED", "INTERREFLECTED")
+MEMORY: tuple[tuple[str, Mode], ...] = (("core", "SHADOWED"), ("operator", "SHADOWED"), ("core", "INTERREFLECTED"))
+
 Experiment = tuple[str, Callable[[], run.Result]]
 
 
 def whole() -> Iterator[Experiment]:
     """A quarter of an hour on two cores."""
-    for mode in ("SHADOWED", "INTERREFLECTED"):
-        yield f"over_its_rays {mode}", lambda mode=mode: run.over_its_rays(mode, 100_000, 256, 3)
+    for mode in MODES:
+        yield f"over_its_rays {mode}", partial(run.over_its_rays, mode, 100_000, 256, 3)
     yield "engine_start", lambda: run.engine_start(9)
     yield "each_bounce", lambda: run.each_bounce(100_000, 128, 6, 3)
     yield "against_uniform", lambda: run.against_uniform(2_000, 64)
@@ -36,20 +42,20 @@ def whole() -> Iterator[Experiment]:
     yield "growth bounced", lambda: run.growth("INTERREFLECTED", [(size, 16) for size in sizes], 1)
     yield "growth samples", lambda: run.growth("SHADOWED", [(20_000, 4**k) for k in range(2, 6)], 2)
     yield "open_receivers", lambda: run.open_receivers(1_000_000, 5)
-    for how, mode in (("core", "SHADOWED"), ("operator", "SHADOWED"), ("core", "INTERREFLECTED")):
-        yield f"memory {how} {mode}", lambda how=how, mode=mode: run.memory(how, mode, 1_000_000, 64)
-    for mode in ("SHADOWED", "INTERREFLECTED"):
-        yield f"blender {mode}", lambda mode=mode: run.blender_share(mode, 100_000, 256, 2)
+    for how, mode in MEMORY:
+        yield f"memory {how} {mode}", partial(run.memory, how, mode, 1_000_000, 64)
+    for mode in MODES:
+        yield f"blender {mode}", partial(run.blender_share, mode, 100_000, 256, 2)
     yield "previews", lambda: run.previews("INTERREFLECTED", 100_000, 256, 3)
     for size in (10_000, 100_000, 1_000_000):
-        yield f"first_picture {size}", lambda size=size: run.first_picture(size, 3 if size < 1_000_000 else 1)
+        yield f"first_picture {size}", partial(run.first_picture, size, 3 if size < 1_000_000 else 1)
     yield "page_frames", lambda: run.page_frames(100_000)
 
 
 def quick() -> Iterator[Experiment]:
     """A minute: enough to see that nothing became twice as slow or large."""
-    for mode in ("SHADOWED", "INTERREFLECTED"):
-        yield f"over_its_rays {mode}", lambda mode=mode: run.over_its_rays(mode, 20_000, 128, 3)
+    for mode in MODES:
+        yield f"over_its_rays {mode}", partial(run.over_its_rays, mode, 20_000, 128, 3)
     yield "engine_start", lambda: run.engine_start(3)
     yield "each_bounce", lambda: run.each_bounce(10_000, 128, 3, 3)
     yield "against_uniform", lambda: run.against_uniform(400, 32)
@@ -57,8 +63,8 @@ def quick() -> Iterator[Experiment]:
     yield "growth receivers", lambda: run.growth("SHADOWED", [(size, 16) for size in sizes], 2)
     yield "growth samples", lambda: run.growth("SHADOWED", [(4_000, 4**k) for k in range(2, 5)], 2)
     yield "open_receivers", lambda: run.open_receivers(300_000, 5)
-    for mode in ("SHADOWED", "INTERREFLECTED"):
-        yield f"memory core {mode}", lambda mode=mode: run.memory("core", mode, 100_000, 16)
+    for mode in MODES:
+        yield f"memory core {mode}", partial(run.memory, "core", mode, 100_000, 16)
     yield "memory operator SHADOWED", lambda: run.memory("operator", "SHADOWED", 100_000, 16)
     yield "blender SHADOWED", lambda: run.blender_share("SHADOWED", 20_000, 128, 2)
     yield "previews", lambda: run.previews("INTERREFLECTED", 20_000, 256, 2)

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import scenes
 from measure import Seconds, by_turns, exponent, median, now, ratio, timed
 from naive import uniform_sphere
@@ -22,7 +23,7 @@ from rays_alone import rays_alone
 from prt_addon.core.bake.bake import bake, bounce
 from prt_addon.core.bake.run import DEFAULT_RUN
 from prt_addon.core.bake.trace import trace_island
-from prt_addon.core.problem import BakeProblem, BakeSettings, Island, Occluders, ReceiverGroup
+from prt_addon.core.problem import BakeProblem, BakeSettings, Island, Mode, Occluders, ReceiverGroup
 from prt_addon.core.transport.direct import Receivers, shadowed
 from prt_addon.core.transport.raycast import RayScene
 from prt_addon.worker import tasks
@@ -35,7 +36,7 @@ def _bake(groups: Sequence[ReceiverGroup], occluders: Occluders, settings: BakeS
     return lambda: timed(lambda: bake(BakeProblem.of(groups, occluders, settings)))
 
 
-def over_its_rays(mode: str, receivers: int, samples: int, turns: int) -> Result:
+def over_its_rays(mode: Mode, receivers: int, samples: int, turns: int) -> Result:
     """A whole bake in the engine's process, from its start to its end, over its rays alone."""
     groups, occluders = scenes.bake_input(scenes.court(receivers))
     sunk, _ = scenes.bake_input(scenes.court(receivers), mended=True)
@@ -109,7 +110,7 @@ def against_uniform(receivers: int, samples: int) -> Result:
     points = Receivers.of(groups, scene)
     truth = shadowed(scene, points, 1 << 14, seed=1)
 
-    def error(result: np.ndarray) -> float:
+    def error(result: npt.NDArray[Any]) -> float:
         return float(np.sqrt(np.mean((result - truth) ** 2)))
 
     begun = now()
@@ -131,7 +132,7 @@ def against_uniform(receivers: int, samples: int) -> Result:
     }
 
 
-def growth(mode: str, sizes: Sequence[tuple[int, int]], turns: int) -> Result:
+def growth(mode: Mode, sizes: Sequence[tuple[int, int]], turns: int) -> Result:
     """Bakes of (receivers, samples), their rays alone, and the power of the ray count that each grows with."""
     found: dict[str, list[float]] = {"receivers": [], "samples": [], "rays": [], "bake": [], "rays_alone": []}
     for receivers, samples in sizes:
@@ -164,14 +165,14 @@ def open_receivers(receivers: int, turns: int) -> Result:
     }
 
 
-def memory(how: str, mode: str, receivers: int, samples: int) -> Result:
+def memory(how: str, mode: Mode, receivers: int, samples: int) -> Result:
     """Peak of a bake in a process of its own; see `memory`."""
     command = [sys.executable, str(Path(__file__).with_name("memory.py")), how, mode, str(receivers), str(samples)]
     answer = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout
     return json.loads(answer.splitlines()[-1])
 
 
-def blender_share(mode: str, receivers: int, samples: int, turns: int) -> Result:
+def blender_share(mode: Mode, receivers: int, samples: int, turns: int) -> Result:
     """Reading meshes and writing attributes in Blender, over the bake between them. Needs `headless`' extension."""
     import importlib
 
@@ -215,7 +216,7 @@ def blender_share(mode: str, receivers: int, samples: int, turns: int) -> Result
     }
 
 
-def previews(mode: str, receivers: int, samples: int, turns: int) -> Result:
+def previews(mode: Mode, receivers: int, samples: int, turns: int) -> Result:
     """A bake with previews over one without."""
     problem = BakeProblem.of(*scenes.bake_input(scenes.court(receivers), mended=True), BakeSettings(mode, samples))
     tried = [

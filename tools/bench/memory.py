@@ -13,6 +13,7 @@ import json
 import resource
 import sys
 from pathlib import Path
+from typing import cast
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -31,12 +32,12 @@ def bake_in_core(mode: str, receivers: int, samples: int) -> dict[str, float]:
 
     from prt_addon.core.bake.bake import bake, bounce
     from prt_addon.core.bake.trace import trace_island
-    from prt_addon.core.problem import BakeProblem, BakeSettings
+    from prt_addon.core.problem import BakeProblem, BakeSettings, Mode
 
     groups, occluders = scenes.bake_input(scenes.court(receivers))
     before = resident()
     reset_peak()
-    settings = BakeSettings(mode, samples)
+    settings = BakeSettings(cast(Mode, mode), samples)
     problem = BakeProblem.of(groups, occluders, settings)
     per_receiver = 0.0
     if mode == "INTERREFLECTED":

@@ -30,10 +30,9 @@ def rays_alone(groups: Sequence[ReceiverGroup], occluders: Occluders, settings: 
         starts = range(first, min(first + batch, len(receivers)), pattern.chunk)
         rays = [pattern.rays(receivers[start : start + pattern.chunk]) for start in starts]
 
-        def cast(part: slice) -> int:
+        def cast(part: slice) -> None:
             for one in rays[part]:  # noqa: B023 - runs before the next batch is made
                 scene._scene.run(one.origins, one.directions, **query)
-            return 0
 
         total += timed(lambda: ALL_CORES.run(len(rays), 1, cast))  # noqa: B023
     return total

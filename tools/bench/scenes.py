@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -74,7 +75,7 @@ def bake_input(meshes: list[Mesh], mended: bool = False) -> tuple[list[ReceiverG
     return groups, Occluders(vertices, triangles.astype(np.int32), triangles.astype(np.int64), Albedo(colours))
 
 
-def _edges(triangles: np.ndarray) -> np.ndarray:
+def _edges(triangles: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """(E, 2) each edge once."""
     pairs = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     return np.unique(pairs, axis=0).astype(np.int32)

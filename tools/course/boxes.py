@@ -31,9 +31,9 @@ def build() -> bpy.types.Object:
     for size, place, turn, rgb in _SHEETS:
         _add_sheet(bm, size, Matrix.Translation(place) @ Euler(turn).to_matrix().to_4x4())
         _paint_the_rest(bm, colour, rgb)
-    for size, (x, y), angle, rgb in _BOXES:
-        middle = Matrix.Translation((x, y, size[2] / 2.0)) @ Matrix.Rotation(angle, 4, "Z")
-        _add_box(bm, middle @ Matrix.Diagonal((*size, 1.0)), max(size))
+    for box, (x, y), angle, rgb in _BOXES:
+        middle = Matrix.Translation((x, y, box[2] / 2.0)) @ Matrix.Rotation(angle, 4, "Z")
+        _add_box(bm, middle @ Matrix.Diagonal((*box, 1.0)), max(box))
         _paint_the_rest(bm, colour, rgb)
     bmesh.ops.triangulate(bm, faces=bm.faces)
     mesh = bpy.data.meshes.new("Boxes")

@@ -4,8 +4,10 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from headless import bpy
 from PIL import Image
 
@@ -34,7 +36,7 @@ def write_faces(hdri: Path, folder: Path) -> None:
         Image.fromarray(encoded).save(folder / f"{name}.jpg", quality=90)
 
 
-def _directions(frame: tuple[tuple[int, int, int], ...]) -> np.ndarray:
+def _directions(frame: tuple[tuple[int, int, int], ...]) -> npt.NDArray[Any]:
     """(SIZE, SIZE, 3) unit vectors through the middles of a face's texels, top row first, z up."""
     right, down, middle = np.array(frame, dtype=np.float64)
     line = (2.0 * np.arange(SIZE) + 1.0) / SIZE - 1.0
@@ -43,7 +45,7 @@ def _directions(frame: tuple[tuple[int, int, int], ...]) -> np.ndarray:
     return np.stack([x, -z, y], axis=-1)
 
 
-def _look_up(texels: np.ndarray, directions: np.ndarray) -> np.ndarray:
+def _look_up(texels: npt.NDArray[Any], directions: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """A panorama of Blender's, row 0 at the bottom, between its four nearest texels."""
     height, width = texels.shape[:2]
     column = (0.5 - np.arctan2(directions[..., 1], directions[..., 0]) / (2.0 * np.pi)) * width - 0.5
@@ -55,7 +57,7 @@ def _look_up(texels: np.ndarray, directions: np.ndarray) -> np.ndarray:
     return lower * (1.0 - up) + upper * up
 
 
-def _encoded(linear: np.ndarray) -> np.ndarray:
+def _encoded(linear: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """Eight bits by the sRGB curve."""
     linear = np.clip(linear, 0.0, 1.0)
     curve = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1.0 / 2.4) - 0.055)

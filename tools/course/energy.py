@@ -5,10 +5,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import frames
 import headless
 import numpy as np
+import numpy.typing as npt
 from headless import bmesh, bpy
 from PIL import Image, ImageDraw
 
@@ -24,7 +26,7 @@ TABLE = 65
 _PIXELS, _CAPTION, _SAMPLES = 72, 16, 64
 _RAYS = 100_000
 
-Sphere = Callable[[float, np.ndarray], np.ndarray]
+Sphere = Callable[[float, npt.NDArray[Any]], npt.NDArray[Any]]
 """Radiance (pixels, pixels, 3) of a sphere of a roughness and a colour under a sky of 1; 1 beside it."""
 
 
@@ -32,7 +34,7 @@ def draw(folder: Path) -> list[Path]:
     """Write tables and spheres, and print how far the spheres are from Cycles'; returns the pictures."""
     made = [*tables(folder), folder / "furnace.png"]
     cycles = Cycles(folder)
-    rows: list[tuple[str, Sphere, np.ndarray]] = [
+    rows: list[tuple[str, Sphere, npt.NDArray[Any]]] = [
         ("one bounce", one_bounce, SILVER),
         ("with the light of all bounces", all_bounces, SILVER),
         ("Cycles, multiscatter GGX", cycles, SILVER),
@@ -72,29 +74,29 @@ def tables(folder: Path) -> list[Path]:
     return [folder / f"{name}.png" for name in pictures]
 
 
-def one_bounce(roughness: float, colour: np.ndarray) -> np.ndarray:
+def one_bounce(roughness: float, colour: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """Light that has met one mirror: `F E(mu)`, F the same at all angles."""
     shown, mu = _disc()
     return _on_sky(shown, colour * _albedo(mu, roughness))
 
 
-def all_bounces(roughness: float, colour: np.ndarray) -> np.ndarray:
+def all_bounces(roughness: float, colour: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """And all other light."""
     return _compensated(roughness, colour, compensation.bounce_colour(colour, average_albedo(roughness)))
 
 
-def course_bounces(roughness: float, colour: np.ndarray) -> np.ndarray:
+def course_bounces(roughness: float, colour: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """The same with the course's colour."""
     return _compensated(roughness, colour, compensation.course_bounce_colour(colour, average_albedo(roughness)))
 
 
-def _compensated(roughness: float, colour: np.ndarray, bounce: np.ndarray) -> np.ndarray:
+def _compensated(roughness: float, colour: npt.NDArray[Any], bounce: npt.NDArray[Any]) -> npt.NDArray[Any]:
     shown, mu = _disc()
     albedo = _albedo(mu, roughness)
     return _on_sky(shown, colour * albedo + bounce * (1.0 - albedo))
 
 
-def _albedo(mu: np.ndarray, roughness: float) -> np.ndarray:
+def _albedo(mu: npt.NDArray[Any], roughness: float) -> npt.NDArray[Any]:
     """(pixels, 1) E, between a hundred cosines."""
     cosines = np.linspace(0.1, 1.0, 100)
     return np.interp(mu, cosines, by_quadrature(cosines, roughness).white)[:, None]
@@ -119,7 +121,7 @@ class Cycles:
         scene.cycles.samples, scene.cycles.use_denoising, scene.cycles.use_adaptive_sampling = _SAMPLES, False, False
         scene.cycles.pixel_filter_type, scene.cycles.filter_width = "GAUSSIAN", 0.01  # the middle of each pixel
 
-    def __call__(self, roughness: float, colour: np.ndarray) -> np.ndarray:
+    def __call__(self, roughness: float, colour: npt.NDArray[Any]) -> npt.NDArray[Any]:
         """A `Sphere`."""
         self._shader.inputs["Roughness"].default_value = roughness
         self._shader.inputs["Color"].default_value = (*colour, 1.0)
@@ -146,7 +148,7 @@ def _sphere(scene: bpy.types.Scene) -> bpy.types.ShaderNode:
     return shader
 
 
-def _disc() -> tuple[np.ndarray, np.ndarray]:
+def _disc() -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
     """Which pixels show the sphere, and the cosine between its normal and the view at each of these."""
     line = (np.arange(_PIXELS) + 0.5) / _PIXELS * 2.0 - 1.0
     radius2 = line[:, None] ** 2 + line**2
@@ -154,13 +156,13 @@ def _disc() -> tuple[np.ndarray, np.ndarray]:
     return shown, np.sqrt(1.0 - radius2[shown])
 
 
-def _on_sky(shown: np.ndarray, radiance: np.ndarray) -> np.ndarray:
+def _on_sky(shown: npt.NDArray[Any], radiance: npt.NDArray[Any]) -> npt.NDArray[Any]:
     picture = np.ones((_PIXELS, _PIXELS, 3))
     picture[shown] = radiance
     return picture
 
 
-def sheet(captions: list[str], rows: list[list[np.ndarray]]) -> Image.Image:
+def sheet(captions: list[str], rows: list[list[npt.NDArray[Any]]]) -> Image.Image:
     """Rows of spheres under their captions."""
     height = _PIXELS + _CAPTION
     whole = Image.new("RGB", (_PIXELS * len(ROUGHNESS), height * len(rows) + _CAPTION), "white")
