@@ -6,6 +6,8 @@ import importlib
 import pytest
 from handles import WHERE
 
+pytest_plugins = ["failed_pictures"]
+
 
 @pytest.fixture(scope="session")
 def blender():
