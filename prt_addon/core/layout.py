@@ -43,6 +43,7 @@ def packed(index: int, transport: Float32, direct: Float32, space: Space) -> Flo
         index: of the coefficient.
         transport: (N,) or (N, 3) T_i.
         direct: (N,) D_i.
+        space: whose axes transport is in, which the mark of coefficient 0 says.
 
     Returns:
         (N, 4).

@@ -128,7 +128,8 @@ class Albedo:
 
         Args:
             triangle: (M,) triangle indices.
-            u, v: (M,) barycentrics of the triangle's corners 1 and 2.
+            u: (M,) barycentrics of the triangles' corners 1.
+            v: (M,) those of their corners 2.
 
         Returns:
             (M, 3) float32 in [0, 1]; NaN counts as black.

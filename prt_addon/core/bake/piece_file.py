@@ -89,6 +89,7 @@ def read_piece(
     """The direct transport (n, 9) and the hits of a piece; None if it is damaged, or not what its header says.
 
     Args:
+        file: which, as its header has it.
         samples: rays per receiver.
         bounces: whether it has to have hits.
         corner_count: corners of all triangles that hits may lie on.

@@ -94,6 +94,7 @@ class PieceFolder:
         """Pieces that cover `span` in order: those in the folder, and between them what `trace` makes, which is saved.
 
         Args:
+            span: of receivers, as the caller counts them (`counted_from`).
             size: of pieces that are traced, at most.
             trace: makes the piece of some receivers.
             corner_count: corners of all triangles that rays may hit.

@@ -26,6 +26,7 @@ def about_sampling(part: Sampling, others: float, samples: int) -> str:
     """Whether more samples would help, and how many.
 
     Args:
+        part: the noise that was found.
         others: the largest of the other parts.
         samples: of the bake; 0 if it cast no rays.
     """
@@ -45,6 +46,7 @@ def about_truncation(part: Truncation, suns: float, lamps: bool) -> str:
     """Whether the order or a sun is to blame.
 
     Args:
+        part: the truncation that was found.
         suns: share of the light that they carry.
         lamps: whether lamps show them in EEVEE.
     """
@@ -74,6 +76,7 @@ def about_tessellation(part: Tessellation, others: float) -> str:
     """Whether the mesh is fine enough, and where it is not.
 
     Args:
+        part: the error between vertices that was found.
         others: the largest of the other parts.
     """
     if not part.relative_rms.is_known:
@@ -99,6 +102,8 @@ def about_rest(whole: Estimate, parts: Sequence[Estimate], bounces: bool) -> str
     """What the whole error holds beside its parts, if that is more than their intervals leave open.
 
     Args:
+        whole: the error of all together.
+        parts: those of the parts.
         bounces: whether light bounces off surfaces that need not have been measured themselves.
     """
     if not whole.is_known or whole.low <= hypot(*(part.high for part in parts)):

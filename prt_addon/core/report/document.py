@@ -33,6 +33,7 @@ def surface_report(found: Sequence[Findings], suns: float, parts: Collection[str
     """All that was found, for all objects together and for each.
 
     Args:
+        found: of each object.
         suns: share of the sky's light that its suns carry.
         parts: which of `PARTS` are wanted.
         lamps: whether lamps show the suns in EEVEE.

@@ -36,6 +36,7 @@ def fresh_transport(
         receivers: made by `subject.receivers_at`.
         samples: rays per receiver.
         seed: of their random turns.
+        workers: who does it.
     """
     settings, scenery = subject.settings, subject.scenery
     if not subject.casts_rays:

@@ -22,6 +22,7 @@ def directions_at(rows: Numbers, columns: Numbers, height: int) -> Array:
     Args:
         rows: need not be whole.
         columns: the same, of a shape that broadcasts with it.
+        height: of the picture, in rows.
     """
     azimuth = np.pi * (1.0 - columns / height)
     elevation = np.pi * (rows / height - 0.5)

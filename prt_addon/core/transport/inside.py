@@ -162,6 +162,7 @@ def find_buried(
     """Which receivers lie inside other geometry and can be filled from outside; see the top of this file.
 
     Args:
+        around: the geometry that they may lie in.
         receivers: N points.
         edges: (E, 2) pairs of receivers that are neighbours on a mesh.
         direct: (N, 9) their shadowed transport.

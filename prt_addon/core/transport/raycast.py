@@ -117,6 +117,7 @@ class RayScene:
 
         Args:
             points: (N, 3) where they start, normalised as the result.
+            object_radius: in world units.
         """
         size = object_radius / self.radius
         return np.clip(SKIP * size, self.least_skips(points, size), SKIP)
