@@ -26,6 +26,10 @@ BLEND ?=
 TESTS ?=
 KILLS ?= 100
 APP_ROOT ?= build/app/root
+# Tests need not say their types, but what they use has to be there, and to be of the type that is wanted.
+TEST_TYPES := --explicit-package-bases --allow-untyped-defs --allow-untyped-calls --allow-incomplete-defs --no-strict-optional \
+	--implicit-reexport --no-warn-unused-ignores --ignore-missing-imports --disable-error-code var-annotated \
+	--disable-error-code func-returns-value --disable-error-code call-arg
 PYTEST = cd tests && ../$(VENV)/bin/python -m pytest
 
 .PHONY: demo test check check-engine check-blender torture farm bench gallery course web lint docs package app clean
@@ -73,6 +77,7 @@ lint: $(LINT)/.ready
 	$(LINT)/bin/mypy
 	for folder in tools tools/bench tools/course tools/app; do \
 		MYPYPATH=tools:$$folder:. $(LINT)/bin/mypy --explicit-package-bases $$folder/*.py || exit 1; done
+	MYPYPATH=.:tools $(LINT)/bin/mypy $(TEST_TYPES) tests
 	$(LINT)/bin/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
 	$(LINT)/bin/check-jsonschema --builtin-schema vendor.github-issue-config .github/ISSUE_TEMPLATE/config.yml
 	$(LINT)/bin/check-jsonschema --builtin-schema vendor.github-issue-forms $(filter-out %/config.yml,$(wildcard .github/ISSUE_TEMPLATE/*.yml))

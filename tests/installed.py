@@ -10,8 +10,10 @@ import importlib
 import json
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from handles import WHERE
 from headless import bpy
 
@@ -20,7 +22,7 @@ PACKAGE = "bl_ext.user_default.prt_relight"
 
 def main(zip_file: str, folder: Path) -> None:
     bpy.ops.extensions.package_install_files(filepath=zip_file, repo="user_default", enable_on_install=True)
-    told = {"enabled": PACKAGE in bpy.context.preferences.addons, "relit": [], "refusals": {}}
+    told: dict[str, Any] = {"enabled": PACKAGE in bpy.context.preferences.addons, "relit": [], "refusals": {}}
     try:
         for mode in ("UNSHADOWED", "SHADOWED", "INTERREFLECTED"):
             try:
@@ -35,7 +37,7 @@ def main(zip_file: str, folder: Path) -> None:
     (folder / "told.json").write_text(json.dumps(told))
 
 
-def bake(addon: str, mode: str) -> np.ndarray:
+def bake(addon: str, mode: str) -> npt.NDArray[np.float32]:
     """Transport of a cube on a floor under the six-coloured sky; `addon` is the name of the package `prt_addon`."""
     import stage
 

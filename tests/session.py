@@ -15,7 +15,7 @@ from headless import bpy
 def inventory():
     """All that an extension could leave behind in Blender or Python; the number of each."""
     names = [name for name in dir(bpy.app.handlers) if isinstance(getattr(bpy.app.handlers, name), list)]
-    found = {name: len(getattr(bpy.app.handlers, name)) for name in names}
+    found: dict[str, int | list[int]] = {name: len(getattr(bpy.app.handlers, name)) for name in names}
     found["classes"] = sum(name.startswith("PRT_") for name in dir(bpy.types))
     found["operators"] = len(dir(bpy.ops.prt))
     found["properties"] = sum(hasattr(owner, "prt") for owner in (bpy.types.Scene, bpy.types.Object))

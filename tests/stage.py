@@ -298,7 +298,7 @@ def _mesh_snapshot(mesh):
 
 
 def _modifier_snapshot(modifier):
-    settings = {
+    settings: dict[str, str | None] = {
         prop.identifier: repr(getattr(modifier, prop.identifier))
         for prop in modifier.bl_rna.properties
         if prop.type in {"BOOLEAN", "INT", "FLOAT", "STRING", "ENUM"}

@@ -27,7 +27,7 @@ def write_encoded(folder, faces, suffix):
             holes = np.full((*face.shape[:2], 1), 128, dtype=np.uint8)
             _write_png16(folder / f"{name}.png", np.concatenate([face, holes], axis=-1).astype(np.uint16) * 257)
         else:
-            Image.fromarray(face).save(folder / f"{name}{suffix}", **({"quality": 100} if suffix == ".jpg" else {}))
+            Image.fromarray(face).save(folder / f"{name}{suffix}", quality=100)
     return folder
 
 

@@ -9,6 +9,7 @@ import time
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -202,7 +203,7 @@ def modal(blender, small, job_of):
 
     import headless
 
-    operators = importlib.import_module(f"{headless.PACKAGE}.operators.job")
+    operators: Any = importlib.import_module(f"{headless.PACKAGE}.operators.job")
 
     class Desk(operators.JobOperator):
         def __init__(self):
@@ -232,7 +233,8 @@ def test_the_button_reads_works_and_ends(modal, job_of):
     """The first tick of the timer reads the scene, the later ones watch, the last one takes the result."""
     modal.make = job_of("SHADOWED", 256)
     assert modal.event("MOUSEMOVE") == {"PASS_THROUGH"} and modal._job is None
-    assert modal.event("TIMER") == {"RUNNING_MODAL"} and modal._job.work.rays == 162 * 256
+    assert modal.event("TIMER") == {"RUNNING_MODAL"}
+    assert modal._job and modal._job.work.rays == 162 * 256
     assert modal.event("MOUSEMOVE") == {"PASS_THROUGH"}
     assert modal.until_it_ends() == {"FINISHED"}
     assert [len(transport) for transport in modal.ended.transport] == [162]
@@ -337,7 +339,11 @@ def press_ctrl_c():
 @pytest.mark.parametrize("operator", ["bake", "bake_shard", "report"])
 def test_ctrl_c_in_a_script(blender, part, stage, small, tmp_path, operator, presses):
     """The operator fails, so that the script does; nothing changed, and Ctrl-C is again what it was."""
-    options = {"bake": {}, "bake_shard": {"directory": str(tmp_path)}, "report": {"paths": 1 << 14, "points": 4096}}
+    options: dict[str, dict[str, Any]] = {
+        "bake": {},
+        "bake_shard": {"directory": str(tmp_path)},
+        "report": {"paths": 1 << 14, "points": 4096},
+    }
     if operator == "report":
         blender.ops.prt.bake(mode="SHADOWED", samples=16)
     else:

@@ -5,6 +5,7 @@ import importlib
 import random
 import time
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -46,7 +47,7 @@ def modal(blender, part):
     """Makes what the button starts, driven event by event: without a window Blender sends none. Only reports go elsewhere."""
     import headless
 
-    operators = importlib.import_module(f"{headless.PACKAGE}.operators.bake")
+    operators: Any = importlib.import_module(f"{headless.PACKAGE}.operators.bake")
 
     class Desk(operators.WholeBakeOperator):
         properties = SimpleNamespace(is_property_set=lambda _name: False)

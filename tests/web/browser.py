@@ -36,7 +36,7 @@ class Browser:
             "flags": list(flags),
             "steps": [step if isinstance(step, dict) else {"run": step} for step in steps],
         }
-        command = [self.node, Path(__file__).with_name("drive.mjs")]
+        command = [str(self.node), str(Path(__file__).with_name("drive.mjs"))]
         done = subprocess.run(command, input=json.dumps(request), capture_output=True, text=True, timeout=240)
         assert done.returncode == 0, done.stderr
         answer = json.loads(done.stdout)

@@ -34,7 +34,7 @@ def example(browser, tmp_path_factory):
     shutil.copy(PACKAGE / "example" / "main.js", folder / "main.js")
     (folder / "entry.js").write_text('export * from "./main.js"; export * as three from "three";')
     esbuild = WEB / "node_modules" / ".bin" / "esbuild"
-    command = [esbuild, "entry.js", "--bundle", "--format=iife", "--global-name=example", "--preserve-symlinks"]
+    command = [str(esbuild), "entry.js", "--bundle", "--format=iife", "--global-name=example", "--preserve-symlinks"]
     bundled = subprocess.run(command, cwd=folder, capture_output=True, text=True)
     assert bundled.returncode == 0, bundled.stderr
     return bundled.stdout

@@ -152,9 +152,8 @@ def test_interpolated_texels_are_tents():
         place = np.arange(values.shape[axis] * fine) / fine + 0.5 / fine - 0.5
         low, share = np.floor(place).astype(int), place - np.floor(place)
         size = values.shape[axis]
-        mode = {"mode": "wrap"} if axis else {"mode": "clip"}
         shape = [-1 if k == axis else 1 for k in range(3)]
-        first, second = (np.take(values, low + step, axis=axis, **mode) for step in (0, 1))
+        first, second = (np.take(values, low + step, axis=axis, mode="wrap" if axis else "clip") for step in (0, 1))
         assert first.shape[axis] == size * fine
         return first * (1 - share.reshape(shape)) + second * share.reshape(shape)
 

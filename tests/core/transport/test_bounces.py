@@ -164,7 +164,7 @@ def test_another_albedo_needs_no_new_rays():
 def test_grey_is_worth_one_channel_and_equals_three():
     groups, occluders = corner(8, colours=[[0.5] * 3] * 3)
     traced = trace_all(groups, occluders, SETTINGS)
-    almost = replace(occluders, albedo=Albedo(occluders.albedo.constant * np.float32([1, 1, 0.5])))
+    almost = replace(occluders, albedo=Albedo(occluders.albedo.constant * np.array([1, 1, 0.5], dtype=np.float32)))
     assert Gather(traced.hits, occluders.albedo, occluders.corner_receiver).channels == 1
     for grey, colour in zip(bounce(traced, occluders, SETTINGS), bounce(traced, almost, SETTINGS), strict=True):
         np.testing.assert_allclose(grey[..., :2], colour[..., :2], atol=1e-7)

@@ -49,7 +49,7 @@ def flat(mesh, name="Flat"):
     middles = [np.bincount(faces.ravel(), np.repeat(corners.mean(axis=1)[:, k], 3)) for k in range(3)]
     middle = np.stack(middles, axis=1) / np.bincount(faces.ravel())[:, None]
     points = points[first] + 1e-3 * (middle - points[first])
-    radius = np.linalg.norm(np.ptp(vertices, axis=0)) / 2
+    radius = float(np.linalg.norm(np.ptp(vertices, axis=0))) / 2
     return ReceiverGroup(name, points, normals[first], radius, faces=faces)
 
 

@@ -29,7 +29,7 @@ def edges_of(triangles):
 
 def group_of(mesh, name="Mesh"):
     vertices, triangles = mesh
-    radius = np.linalg.norm(np.ptp(vertices, axis=0)) / 2
+    radius = float(np.linalg.norm(np.ptp(vertices, axis=0))) / 2
     normals = shapes.vertex_normals(vertices, triangles)
     return ReceiverGroup(name, vertices, normals, radius, edges=edges_of(triangles).astype(np.int32), faces=triangles)
 

@@ -4,6 +4,8 @@
 import numpy as np
 import pytest
 
+Colour = tuple[float, float, float]
+
 
 def sentences(plan):
     return [notice.sentence for notice in plan.notices]
@@ -173,7 +175,7 @@ def test_materials_of_several_shaders(blender, part, scene, stage):
     """What they reflect adds up, glossy or not; what they let through does not count."""
     red, green, blue = (0.8, 0, 0), (0, 0.8, 0), (0, 0, 0.8)
     diffuse, glossy, clear = "ShaderNodeBsdfDiffuse", "ShaderNodeBsdfAnisotropic", "ShaderNodeBsdfTransparent"
-    cases = [
+    cases: list[tuple[list[tuple[str, Colour]], Colour]] = [
         ([(diffuse, red), (diffuse, green)], (0.4, 0.4, 0)),
         ([(diffuse, red), (glossy, blue)], (0.4, 0, 0.4)),
         ([(glossy, blue)], blue),

@@ -6,6 +6,7 @@ sky, shadows the floor, and mirrors both.
 """
 
 from math import radians
+from typing import Any
 
 import numpy as np
 import pytest
@@ -70,7 +71,7 @@ def lamp(blender, kind, energy):
     return ob
 
 
-SURFACES = {
+SURFACES: dict[str, tuple[dict[str, Any], float]] = {
     "plastic": ({"Roughness": 0.4}, 0.05),
     "metal": ({"Roughness": 0.6, "Metallic": 1.0}, 0.08),
     "half a metal": ({"Roughness": 0.6, "Metallic": 0.5}, 0.09),
