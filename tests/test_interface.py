@@ -167,6 +167,9 @@ def test_the_panel_says_what_will_be_baked(blender, scene, stage, panel):
     assert said(blender.context) == "2 selected meshes"
     objects[0].select_set(False)
     assert said(blender.context) == "1 selected mesh"
+    for number in range(100):
+        stage.object_of(f"More {number}", objects[0].data).select_set(True)
+    assert said(blender.context) == "More than 100 selected meshes"
 
 
 def test_the_panel_says_that_other_settings_are_set(blender, scene, stage, panel):

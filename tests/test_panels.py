@@ -130,7 +130,8 @@ def test_damaged_records_are_drawn(blender, scene, baked, drawn, capfd, where, d
 
 
 def test_large_files_are_drawn_quickly(blender, part, scene, stage, drawn):
-    """2,000 objects, all selected, 200 materials, a world of 250 nodes and a long report: 1-2 ms where nothing else runs, as all is known already; looked up it is 20."""
+    """2,000 objects, all selected, 200 materials, a world of 250 nodes and a long report: about 1 ms where nothing else runs,
+    as all is known already; looked up it is 20."""
     world, _ = stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
     background = next(node for node in world.node_tree.nodes if node.bl_idname == "ShaderNodeBackground")
     output = background.inputs["Color"].links[0].from_socket
@@ -165,10 +166,11 @@ def test_large_files_are_drawn_quickly(blender, part, scene, stage, drawn):
         drawn()
         times = []
         for _ in range(20):
-            began = time.perf_counter()
+            began = time.thread_time()  # not the wall's: another program's share is not the panel's
             drawn()
-            times.append(time.perf_counter() - began)
-    assert looked_up and min(times) < 4e-3, f"{1e3 * min(times):.1f} ms"
+            times.append(time.thread_time() - began)
+    print(f"{1e3 * min(times):.2f} ms")  # pytest shows it on failure, or with -s
+    assert looked_up and min(times) < 4e-3
 
 
 def test_properties_show_what_belongs_to_their_tab(blender, scene, stage, drawn):

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from itertools import islice
+
 import bpy
 
 from ..prt_addon.core.transport import raycast
@@ -91,9 +93,15 @@ class PRT_PT_long_bakes(Tab, bpy.types.Panel):
         column.prop(context.scene.prt, "memory")
 
 
+_COUNTED = 100
+"""Selected meshes, at most, while a panel is drawn: it takes as long in every file."""
+
+
 def what_is_baked(context: bpy.types.Context) -> str:
     """What the button is going to bake, in few words."""
-    count = len(choose.chosen_meshes(context))
+    count = sum(1 for _ in islice(filter(choose.is_subject, context.selected_objects), _COUNTED + 1))
+    if count > _COUNTED:
+        return f"More than {_COUNTED} selected meshes"
     return f"{count} selected mesh{'es' * (count > 1)}" if count else "All meshes that render"
 
 

@@ -61,11 +61,6 @@ def selected_meshes(context: bpy.types.Context) -> list[bpy.types.Object]:
     return [ob for ob in context.selected_objects if ob.type == "MESH"]
 
 
-def chosen_meshes(context: bpy.types.Context) -> list[bpy.types.Object]:
-    """The selected meshes that may be baked. Cheap enough to be drawn."""
-    return list(filter(is_subject, context.selected_objects))
-
-
 def renderable_objects(view_layer: bpy.types.ViewLayer) -> set[bpy.types.Object]:
     """The objects of a view layer that its renders show."""
     found: set[bpy.types.Object] = set()
@@ -80,12 +75,13 @@ def renderable_objects(view_layer: bpy.types.ViewLayer) -> set[bpy.types.Object]
 
 
 def objects_to_bake(context: bpy.types.Context) -> list[bpy.types.Object]:
-    """The chosen meshes, or all that renders show if nothing is selected; sorted by name.
+    """The selected meshes, or all that renders show if nothing is selected; sorted by name.
 
     Raises:
         MeshError: if there is none.
     """
-    chosen, selected = chosen_meshes(context), list(context.selected_objects)
+    selected = list(context.selected_objects)
+    chosen = list(filter(is_subject, selected))
     if not chosen and any(not is_carrier(ob) for ob in selected) and not all(is_probe(ob.data) for ob in selected):
         raise MeshError(
             "None of the selected objects is a mesh: select meshes, or deselect all to take all that renders show."
