@@ -130,7 +130,7 @@ def test_damaged_records_are_drawn(blender, scene, baked, drawn, capfd, where, d
 
 
 def test_large_files_are_drawn_quickly(blender, part, scene, stage, drawn):
-    """2,000 objects, all selected, 200 materials, a world of 250 nodes and a long report: 2-4 ms by Blender and machine,
+    """2,000 objects, all selected, 200 materials, a world of 250 nodes and a long report: 2 ms where nothing else runs,
     as all is known already; looked up it is 20."""
     world, _ = stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
     background = next(node for node in world.node_tree.nodes if node.bl_idname == "ShaderNodeBackground")
@@ -170,7 +170,7 @@ def test_large_files_are_drawn_quickly(blender, part, scene, stage, drawn):
             drawn()
             times.append(time.thread_time() - began)
     print(f"{1e3 * min(times):.2f} ms")  # pytest shows it on failure, or with -s
-    assert looked_up and min(times) < 8e-3
+    assert looked_up and min(times) < 4e-3
 
 
 def test_properties_show_what_belongs_to_their_tab(blender, scene, stage, drawn):
