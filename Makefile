@@ -116,16 +116,10 @@ $(VENV)/.bench: $(VENV)/.ready
 	$(VENV)/bin/python -m pip install --quiet --group bench
 	touch $@
 
-$(LINT)/.ready: pyproject.toml | build/.system
-	$(PYTHON) -m venv $(LINT)
-	$(LINT)/bin/python -m pip install --quiet --upgrade "pip>=25.1"
-	$(LINT)/bin/python -m pip install --quiet --group lint
-	touch $@
-
-$(DOCS)/.ready: pyproject.toml | build/.system
-	$(PYTHON) -m venv $(DOCS)
-	$(DOCS)/bin/python -m pip install --quiet --upgrade "pip>=25.1"
-	$(DOCS)/bin/python -m pip install --quiet --group docs
+$(LINT)/.ready $(DOCS)/.ready: build/venv/%-py$(PY)/.ready: pyproject.toml | build/.system
+	$(PYTHON) -m venv $(@D)
+	$(@D)/bin/python -m pip install --quiet --upgrade "pip>=25.1"
+	$(@D)/bin/python -m pip install --quiet --group $*
 	touch $@
 
 clean:
