@@ -5,6 +5,8 @@ import re
 import sys
 from pathlib import Path
 
+from docutils import nodes
+from sphinx import addnodes
 from sphinx.application import Sphinx
 
 CHECKOUT = Path(__file__).resolve().parent.parent
@@ -48,12 +50,21 @@ apidoc_modules = [
 def setup(app: Sphinx) -> None:
     """README.md and its like are included from one folder up."""
     app.connect("include-read", seen_from_here)
+    app.connect("doctree-read", open_examples)
     app.connect("autodoc-process-docstring", whole_sentences, priority=400)  # before Napoleon's, at 500
 
 
 def seen_from_here(_app: Sphinx, _path: Path, _parent: str, content: list[str]) -> None:
     """Turn the links of an included page into what they are in this folder."""
     content[0] = re.sub(r"""(\]\(|src=")docs/""", r"\1", content[0])
+
+
+def open_examples(_app: Sphinx, doctree: nodes.document) -> None:
+    """Link to the pages of examples beside their scripts, which `html_extra_path` copies: a download is without them."""
+    for link in list(doctree.findall(addnodes.download_reference)):
+        if link["reftarget"].startswith("examples/"):
+            path = link["reftarget"].removeprefix("examples/")
+            link.replace_self(nodes.reference("", "", *link.children, refuri=path, internal=True))
 
 
 def whole_sentences(_app: Sphinx, kind: str, _name: str, _of: object, _options: object, lines: list[str]) -> None:
