@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Drives a real browser, headless, as a request on standard input says; answers with JSON on standard output.
 //
-// {browser, page, width, height, touch, flags, steps: [{run: "expression"} | {drag: {from, to, keys, button}} | {picture: path} | {drop: {name, data}} | {press: key} | {resize: [width, height]}]}
+// {browser, page, width, height, touch, flags, steps: [{run: "expression"} | {await: "expression, until it is true"} | {drag: {from, to, keys, button}} | {picture: path} | {drop: {name, data}} | {press: key} | {resize: [width, height]}]}
 // gives {results: [of each step], errors: [what the page could not do]}. Floats come as {floats: base64}.
 
 import { createRequire } from "node:module";
@@ -38,6 +38,7 @@ async function drive() {
 
 async function done(page, step) {
   if (step.run) return page.evaluate(inPage, step.run);
+  if (step.await) return void (await page.waitForFunction(step.await, { timeout: 120_000 }));
   if (step.picture) return void (await page.screenshot({ path: step.picture }));
   if (step.drop) return page.evaluate(drop, step.drop.name, step.drop.data);
   if (step.resize) return void (await page.setViewport({ width: step.resize[0], height: step.resize[1] }));

@@ -13,7 +13,9 @@ from tests.web.views import HEIGHT, WIDTH, eevee, relative_rms
 
 pytestmark = pytest.mark.once
 
-FADED_IN = "new Promise((done) => setTimeout(done, 900))"
+RESTED = {
+    "await": "canvas.width === canvas.clientWidth && canvas.height === canvas.clientHeight && !document.getAnimations().length"
+}
 
 
 @pytest.fixture
@@ -131,7 +133,7 @@ def test_the_screen_shows_what_blender_shows(blender, stage, scene_of_all, brows
     blender.ops.prt.export_web_page(filepath=str(path), still=False)
     browser.open(
         path,
-        ["document.getElementById('panel').style.display = 'none'", FADED_IN, {"picture": str(picture)}],
+        ["document.getElementById('panel').style.display = 'none'", RESTED, {"picture": str(picture)}],
         WIDTH,
         HEIGHT,
     )
@@ -162,7 +164,7 @@ def test_what_is_clear_is_blended_before_the_view_transform(blender, scene, stag
     path, picture = tmp_path / "page.html", tmp_path / "screen.png"
     blender.ops.prt.export_web_page(filepath=str(path), still=False)
     hide = "document.getElementById('panel').style.display = 'none'"
-    browser.open(path, [hide, FADED_IN, {"picture": str(picture)}], WIDTH, HEIGHT)
+    browser.open(path, [hide, RESTED, {"picture": str(picture)}], WIDTH, HEIGHT)
     from PIL import Image
 
     shown = np.asarray(Image.open(picture).convert("RGB")).reshape(-1, 3)
@@ -214,7 +216,7 @@ def test_what_rests_is_drawn_finely(page, browser):
     """However coarsely it is drawn while it moves, where there is no graphics card."""
     moved = "new Promise((done) => { prt.orbit.turn(0.1, 0); prt.addEventListener('change', () => done(canvas.width), { once: true });"
     moved += " prt.redraw(); })"
-    coarse, _, fine = browser.open(page, [moved, FADED_IN, "canvas.width"])
+    coarse, _, fine = browser.open(page, [moved, RESTED, "canvas.width"])
     assert coarse < WIDTH == fine
 
 
@@ -222,7 +224,7 @@ def test_the_scene_follows_the_window(page, browser):
     """All of it stays framed, and no picture is stretched."""
     shape = "[canvas.width, canvas.height, canvas.clientWidth, canvas.clientHeight]"
     half = "[...prt.orbit.seen(canvas.width / canvas.height)]"
-    steps = [half, {"resize": [500, 700]}, FADED_IN, shape, half, {"resize": [900, 300]}, FADED_IN, shape]
+    steps = [half, {"resize": [500, 700]}, RESTED, shape, half, {"resize": [900, 300]}, RESTED, shape]
     before, _, _, tall, after, _, _, wide = browser.open(page, steps)
     assert tall == [500, 700, 500, 700] and wide == [900, 300, 900, 300]
     assert after[0] == pytest.approx(before[0]) and after[1] == pytest.approx(before[0] * 7 / 5)
