@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from .files import digest
 from .monitor import Work
-from .surface import Albedo
+from .surface import Albedo, Opacity
 
 Float64 = npt.NDArray[np.float64]
 
@@ -114,6 +114,7 @@ class Occluders:
             -1 returns no light. All black if None. Only interreflection needs it.
         albedo: of the triangles; white if None.
         one_sided: (T,) whether light passes through the back of a triangle; through none if None.
+        opacity: which share of the light a triangle stops; all if None.
     """
 
     vertices: Float64
@@ -121,6 +122,7 @@ class Occluders:
     corner_receiver: npt.NDArray[np.int64] | None = None
     albedo: Albedo | None = None
     one_sided: npt.NDArray[np.bool_] | None = None
+    opacity: Opacity | None = None
 
     @property
     def receiver_at_corners(self) -> npt.NDArray[np.int64]:
@@ -182,6 +184,7 @@ class Island:
         names = repr([(group.name, group.radius) for group in self.groups]).encode()
         parts: list[npt.NDArray[Any] | None] = [occluders.vertices, occluders.triangles, occluders.corner_receiver]
         parts.append(occluders.one_sided)
+        parts += occluders.opacity.arrays() if occluders.opacity else []
         for group in self.groups:
             parts += [group.points, group.normals, group.edges, group.faces, group.horizons]
         arrays: list[npt.NDArray[Any]] = [np.empty(0) if part is None else part for part in parts]

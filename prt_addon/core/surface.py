@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What share of the light a surface returns, looked up where a ray hits it.
+"""What surfaces are like where a ray hits them: which share of the light they return, and which they let through.
 
-A triangle's albedo is one colour, unless a pattern covers it: a texture, or colours at its corners. The lookup is
-per hit and not per triangle, because a floor of two triangles may carry a whole picture.
+A triangle has one value, unless a pattern covers it: a texture, or values at its corners. The lookup is per hit and not
+per triangle, because a floor of two triangles may carry a whole picture.
 """
 
 from __future__ import annotations
@@ -14,8 +14,13 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from .sphere.directions import hash_fraction
+
 Float32 = npt.NDArray[np.float32]
 Ints = npt.NDArray[np.integer[Any]]
+
+_DIRECTION_STEPS = 1 << 12
+"""Of each component of a ray's direction: from a receiver that sends 2^17 rays, neighbours differ by eight."""
 
 Interpolation = Literal["Linear", "Closest"]
 Extension = Literal["REPEAT", "EXTEND", "CLIP", "MIRROR"]
@@ -27,20 +32,24 @@ class CornerColours:
 
     Attributes:
         triangles: (P,) which of the scene's triangles it covers.
-        colours: (P, 3, 3) float32, linear RGB of corner k at [:, k].
+        colours: (P, 3, C) float32, that of corner k at [:, k]; linear RGB, or one number.
     """
 
     triangles: Ints
     colours: Float32
 
     def at(self, row: Ints, u: Float32, v: Float32) -> Float32:
-        """(M, 3) RGB at barycentrics u, v of corners 1 and 2 in the patch's own triangles `row` (M,)."""
+        """(M, C) values at barycentrics u, v of corners 1 and 2 in the patch's own triangles `row` (M,)."""
         return _interpolated(self.colours[row], u, v)
 
     @property
     def is_grey(self) -> bool:
         """Whether the three channels are equal everywhere."""
         return _is_grey(self.colours)
+
+    def arrays(self) -> list[npt.NDArray[Any]]:
+        """All that it is made of."""
+        return [self.triangles, self.colours]
 
 
 @dataclass(frozen=True)
@@ -50,9 +59,9 @@ class TexturePatch:
     Attributes:
         triangles: (P,) which of the scene's triangles it covers.
         uv: (P, 3, 2) float32, coordinates of corner k at [:, k]; (0, 0) is the picture's lower left corner.
-        image: (H, W, 3) float32, linear light, row 0 at the bottom; texel i has its centre at (i + 0.5) / W.
+        image: (H, W, C) float32, linear RGB or one number, row 0 at the bottom; texel i has its centre at (i + 0.5) / W.
         interpolation: as the Image Texture node names it.
-        extension: as the Image Texture node names it. What CLIP leaves out is black.
+        extension: as the Image Texture node names it. What CLIP leaves out is 0.
     """
 
     triangles: Ints
@@ -62,7 +71,7 @@ class TexturePatch:
     extension: Extension = "REPEAT"
 
     def at(self, row: Ints, u: Float32, v: Float32) -> Float32:
-        """(M, 3) RGB at barycentrics u, v of corners 1 and 2 in the patch's own triangles `row` (M,)."""
+        """(M, C) values at barycentrics u, v of corners 1 and 2 in the patch's own triangles `row` (M,)."""
         position = _interpolated(self.uv[row], u, v)
         colour = self._bilinear(position) if self.interpolation == "Linear" else self._closest(position)
         if self.extension == "CLIP":
@@ -73,6 +82,11 @@ class TexturePatch:
     def is_grey(self) -> bool:
         """Whether the three channels are equal everywhere."""
         return _is_grey(self.image)
+
+    def arrays(self) -> list[npt.NDArray[Any]]:
+        """All that it is made of."""
+        ways = np.frombuffer(f"{self.interpolation} {self.extension}".encode(), dtype=np.uint8)
+        return [self.triangles, self.uv, self.image, ways]
 
     def _closest(self, position: Float32) -> Float32:
         x, y = np.floor(position * self._size).astype(np.int64).T
@@ -108,23 +122,23 @@ class TexturePatch:
         return np.array([width, height], dtype=np.float32)
 
 
-AlbedoPattern = CornerColours | TexturePatch
+Pattern = CornerColours | TexturePatch
 
 
 @dataclass(frozen=True)
-class Albedo:
-    """The diffuse albedo of a scene's triangles, RGB, linear light.
+class Patterned:
+    """Values in [0, 1] on a scene's triangles.
 
     Attributes:
-        constant: (T, 3), one colour per triangle.
+        constant: (T, C), one value of C channels per triangle.
         patterns: what covers some triangles instead; where two overlap the later one shows.
     """
 
     constant: npt.NDArray[np.floating[Any]]
-    patterns: tuple[AlbedoPattern, ...] = ()
+    patterns: tuple[Pattern, ...] = ()
 
     def at(self, triangle: Ints, u: Float32, v: Float32) -> Float32:
-        """Colours where rays hit.
+        """Values where rays hit.
 
         Args:
             triangle: (M,) triangle indices.
@@ -132,30 +146,25 @@ class Albedo:
             v: (M,) those of their corners 2.
 
         Returns:
-            (M, 3) float32 in [0, 1]; NaN counts as black.
+            (M, C) float32 in [0, 1]; NaN counts as 0.
         """
-        colour = self.colours[triangle]
+        values = self.constants[triangle]
         cover = self._cover[triangle]
         for number, pattern in enumerate(self.patterns):
             here = np.flatnonzero(cover == number)
             if len(here):
-                colour[here] = _clipped(pattern.at(self._row[triangle[here]], u[here], v[here]))
-        return colour
+                values[here] = _clipped(pattern.at(self._row[triangle[here]], u[here], v[here]))
+        return values
 
     @cached_property
-    def colours(self) -> Float32:
-        """(T, 3) float32 constant colours in [0, 1]."""
+    def constants(self) -> Float32:
+        """(T, C) float32 in [0, 1]."""
         return _clipped(np.asarray(self.constant, dtype=np.float32))
 
     @cached_property
     def is_patterned(self) -> npt.NDArray[np.bool_]:
-        """(T,) whether the colour varies over the triangle."""
+        """(T,) whether the value varies over the triangle."""
         return self._cover >= 0
-
-    @cached_property
-    def is_grey(self) -> bool:
-        """Whether all three channels are equal everywhere, so that one of them says it all."""
-        return _is_grey(self.colours) and all(pattern.is_grey for pattern in self.patterns)
 
     @cached_property
     def _cover(self) -> npt.NDArray[np.int32]:
@@ -172,6 +181,50 @@ class Albedo:
         for pattern in self.patterns:
             row[pattern.triangles] = np.arange(len(pattern.triangles))
         return row
+
+
+@dataclass(frozen=True)
+class Albedo(Patterned):
+    """The diffuse albedo of a scene's triangles: RGB, linear light."""
+
+    @cached_property
+    def is_grey(self) -> bool:
+        """Whether all three channels are equal everywhere, so that one of them says it all."""
+        return _is_grey(self.constants) and all(pattern.is_grey for pattern in self.patterns)
+
+
+@dataclass(frozen=True)
+class Opacity(Patterned):
+    """Which share of the light a scene's triangles stop, one channel: cut-outs, panes and veils let the rest through.
+
+    A ray passes whole or not at all, as drawn for it: the mean over many rays is the share.
+    """
+
+    @cached_property
+    def is_open(self) -> npt.NDArray[np.bool_]:
+        """(T,) whether a triangle lets any light through."""
+        return self.is_patterned | (self.constants[:, 0] < 1.0)
+
+    def lets_through(self, triangle: Ints, u: Float32, v: Float32, directions: Float32) -> npt.NDArray[np.bool_]:
+        """(M,) which rays pass the triangles that they hit.
+
+        The draw is made of the triangle and of the ray's direction, in steps that its rounding seldom changes: it depends
+        on no other ray, and two panes behind each other draw anew.
+
+        Args:
+            triangle: (M,) triangle indices.
+            u: (M,) barycentrics of the triangles' corners 1.
+            v: (M,) those of their corners 2.
+            directions: (M, 3) unit vectors.
+        """
+        steps = np.rint(directions * np.float32(_DIRECTION_STEPS)).astype(np.int64) + _DIRECTION_STEPS
+        x, y, z = steps.astype(np.uint64).T
+        code = triangle.astype(np.uint64) << np.uint64(42) | x << np.uint64(28) | y << np.uint64(14) | z
+        return self.at(triangle, u, v)[:, 0] <= hash_fraction(code)
+
+    def arrays(self) -> list[npt.NDArray[Any]]:
+        """All that it is made of."""
+        return [self.constant, *(array for pattern in self.patterns for array in pattern.arrays())]
 
 
 def _interpolated(corners: Float32, u: Float32, v: Float32) -> Float32:

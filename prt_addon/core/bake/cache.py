@@ -54,10 +54,5 @@ class KeptScenes:
     def of(self, occluders: Occluders, monitor: Monitor) -> RayScene:
         """That of some occluders; made if it is the first time. Errors as those of `RayScene`."""
         if id(occluders) not in self._kept:
-            self._kept[id(occluders)] = ray_scene(occluders, monitor)
+            self._kept[id(occluders)] = RayScene.of(occluders, monitor)
         return self._kept[id(occluders)]
-
-
-def ray_scene(occluders: Occluders, monitor: Monitor) -> RayScene:
-    """The ray caster of occluders."""
-    return RayScene(occluders.vertices, occluders.triangles, monitor, occluders.one_sided)

@@ -21,7 +21,6 @@ from ..transport.hits import HitStore, KeptHits, trace
 from ..transport.inside import Fill, Mend, Surroundings, find_buried, is_dark
 from ..transport.raycast import RayScene
 from ..workers import uncounted
-from .cache import ray_scene
 from .run import DEFAULT_RUN, Run
 from .shards import Piece, cut
 
@@ -124,7 +123,7 @@ class Caster:
 
     def __init__(self, island: Island, settings: BakeSettings, run: Run) -> None:
         self._run, occluders = run, island.occluders
-        self.scene = (run.scenes.of if run.scenes else ray_scene)(occluders, run.workers.monitor)
+        self.scene = (run.scenes.of if run.scenes else RayScene.of)(occluders, run.workers.monitor)
         self.receivers = Receivers.of(island.groups, self.scene)
         self._settings = settings
         self._returns = (occluders.receiver_at_corners >= 0).any(axis=1)

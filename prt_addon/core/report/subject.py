@@ -77,7 +77,7 @@ class Scenery:
     @cached_property
     def scene(self) -> RayScene:
         """To cast rays at."""
-        return RayScene(self.occluders.vertices, self.occluders.triangles, one_sided=self.occluders.one_sided)
+        return RayScene.of(self.occluders)
 
     @cached_property
     def around(self) -> Surroundings:

@@ -43,7 +43,17 @@ def random_azimuths(ids: npt.NDArray[np.int64], seed: int) -> Array:
     with np.errstate(over="ignore"):
         start = _mix(np.uint64(seed % (1 << 64)) + np.uint64(0x9E3779B97F4A7C15))
         bits = _mix(ids.astype(np.uint64) * np.uint64(0x9E3779B97F4A7C15) + start)
-    return (bits >> np.uint64(11)).astype(np.float64) * (2.0 * np.pi / (1 << 53))
+    return _fraction(bits) * (2.0 * np.pi)
+
+
+def hash_fraction(codes: npt.NDArray[np.uint64]) -> Array:
+    """(N,) a number in [0, 1) for each code (N,) uint64, by the same hash, run once."""
+    with np.errstate(over="ignore"):
+        return _fraction(_mix(codes * np.uint64(0x9E3779B97F4A7C15)))
+
+
+def _fraction(bits: npt.NDArray[np.uint64]) -> Array:
+    return (bits >> np.uint64(11)).astype(np.float64) / (1 << 53)
 
 
 def _mix(bits: npt.NDArray[np.uint64] | np.uint64) -> npt.NDArray[np.uint64]:

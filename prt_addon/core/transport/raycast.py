@@ -15,6 +15,8 @@ import numpy.typing as npt
 
 from ..errors import MeshError, RayCasterMissing
 from ..monitor import UNWATCHED, Monitor
+from ..problem import Occluders
+from ..surface import Opacity
 
 try:
     from embreex.mesh_construction import TriangleMesh
@@ -36,11 +38,11 @@ SMALLEST_SKIP = 1e-5
 that surface. The origin lies amid the scene's smallest triangles: a backdrop far away costs nothing there."""
 
 
-_MOST_BACKS = 64
-"""So many one-sided backs does a ray pass; what lies behind more of them counts as the sky."""
+_MOST_PASSED = 64
+"""So many surfaces that let light through does a ray pass; what lies behind more of them counts as the sky."""
 
 _BEYOND = 2e-6
-"""How far behind a back a ray goes on, as a share of its way and of its start's distance: a few roundings of float32."""
+"""How far behind such a surface a ray goes on, as a share of its way and of its start's distance: a few roundings of float32."""
 
 _LOOKED_AT = 1 << 15  # triangles that the middle is found by
 _HALVINGS = 36  # a part of some 2^-12 of the whole along each axis
@@ -82,6 +84,7 @@ class RayScene:
         triangles: npt.NDArray[np.int32],
         monitor: Monitor = UNWATCHED,
         one_sided: npt.NDArray[np.bool_] | None = None,
+        opacity: Opacity | None = None,
     ) -> None:
         """
         Args:
@@ -89,6 +92,7 @@ class RayScene:
             triangles: (T, 3) vertex indices, counter-clockwise seen from the front. Without any, all rays leave.
             monitor: asked now and then whether to go on.
             one_sided: (T,) whether rays pass through the back of a triangle; through none if None.
+            opacity: which share of the rays a triangle stops; all if None.
 
         Raises:
             RayCasterMissing: if embreex is not installed.
@@ -102,11 +106,19 @@ class RayScene:
         self.radius = float(np.linalg.norm(high - low)) / 2.0 or 1.0
         self._scene = EmbreeScene(robust=True)
         points = self.normalised(vertices).astype(np.float32)
-        self._one_sided = one_sided if one_sided is not None and one_sided.any() else None
+        self._one_sided = np.zeros(len(triangles), dtype=np.bool_) if one_sided is None else one_sided
+        self._opacity = opacity
+        self._may_pass = self._one_sided if opacity is None else self._one_sided | opacity.is_open
+        self._stops_all = not self._may_pass.any()
         self._blocks: list[Any] = []
         for start in range(0, len(triangles), _BLOCK):
             self._blocks.append(_mesh(self._scene, points, triangles[start : start + _BLOCK]))
             monitor.check_cancelled()
+
+    @classmethod
+    def of(cls, occluders: Occluders, monitor: Monitor = UNWATCHED) -> RayScene:
+        """All that blocks light in an island. Errors as above."""
+        return cls(occluders.vertices, occluders.triangles, monitor, occluders.one_sided, occluders.opacity)
 
     def normalised(self, points: Float64) -> Float64:
         """World points to the scene's own unit sphere, where rays are given."""
@@ -130,7 +142,7 @@ class RayScene:
 
     def visible(self, origins: Float32, directions: Float32) -> npt.NDArray[np.bool_]:
         """(N,) whether each ray leaves the scene unblocked. Rays are (N, 3), normalised units."""
-        if self._one_sided is not None or not self._blocks:
+        if not (self._stops_all and self._blocks):
             return self.hits(origins, directions).triangle < 0
         self._check(origins, directions)
         answer: npt.NDArray[np.int32] = self._scene.run(origins, directions, query="OCCLUDED")
@@ -139,12 +151,12 @@ class RayScene:
     def hits(self, origins: Float32, directions: Float32) -> Hits:
         """Nearest hits of rays (N, 3), normalised units."""
         nearest, distance = self.crossings(origins, directions)
-        if self._one_sided is not None:
+        if not self._stops_all:
             self._pass_through(nearest, distance, origins, directions)
         return nearest
 
     def crossings(self, origins: Float32, directions: Float32) -> tuple[Hits, Float32]:
-        """Nearest hits of rays (N, 3), backs that let light through among them, and how far they are; normalised units."""
+        """Nearest hits of rays (N, 3), surfaces that let light through among them, and how far they are; normalised units."""
         self._check(origins, directions)
         if not self._blocks:
             nowhere = np.zeros(len(origins), dtype=np.float32)
@@ -161,13 +173,11 @@ class RayScene:
         return Hits(triangle, found["u"], found["v"], front), found["tfar"]
 
     def _pass_through(self, hits: Hits, distance: Float32, origins: Float32, directions: Float32) -> None:
-        """Send the rays that ended on the back of a one-sided triangle on their way, changing the hits in place."""
-        assert self._one_sided is not None
+        """Send the rays that a surface lets through on their way, changing the hits in place."""
         rays = np.arange(len(origins))
-        for _ in range(_MOST_BACKS):
-            back = (hits.triangle[rays] >= 0) & ~hits.front[rays]
-            back &= self._one_sided.take(hits.triangle[rays], mode="clip")
-            rays, distance = rays[back], distance[back]
+        for _ in range(_MOST_PASSED):
+            passes = self._passes(hits, rays, directions)
+            rays, distance = rays[passes], distance[passes]
             if not len(rays):
                 return
             start = np.linalg.norm(origins[rays], axis=1)
@@ -177,6 +187,17 @@ class RayScene:
                 getattr(hits, field.name)[rays] = getattr(after, field.name)
             distance = distance + further
         hits.triangle[rays] = -1
+
+    def _passes(self, hits: Hits, rays: npt.NDArray[np.int64], directions: Float32) -> npt.NDArray[np.bool_]:
+        """(R,) which of some rays the surfaces that they hit let through."""
+        triangle = hits.triangle[rays]
+        passes = (triangle >= 0) & self._may_pass.take(triangle, mode="clip")
+        asked = np.flatnonzero(passes)
+        rays, triangle = rays[asked], triangle[asked]
+        passes[asked] = self._one_sided[triangle] & ~hits.front[rays]
+        if self._opacity is not None:
+            passes[asked] |= self._opacity.lets_through(triangle, hits.u[rays], hits.v[rays], directions[rays])
+        return passes
 
     @staticmethod
     def _check(origins: Float32, directions: Float32) -> None:

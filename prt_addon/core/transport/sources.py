@@ -34,7 +34,7 @@ class Sources:
     @classmethod
     def of(cls, albedo: Albedo, corner_receiver: npt.NDArray[np.integer[Any]], channels: int) -> Sources:
         """Sources of all triangles; patterned ones are left white, since each hit brings its own colour."""
-        colours = albedo.colours[:, :channels].copy()
+        colours = albedo.constants[:, :channels].copy()
         colours[albedo.is_patterned] = 1.0
         colour = _row_ids(colours)
         key = np.where(corner_receiver < 0, -1, corner_receiver * np.int64(colour.max() + 1) + colour[:, None])

@@ -73,8 +73,8 @@ def test_they_are_close_to_what_they_show():
 
 
 def test_the_ray_caster_is_built_once(monkeypatch):
-    built = []
-    monkeypatch.setattr("prt_addon.core.bake.cache.RayScene", lambda *rest: built.append(rest) or RayScene(*rest))
+    built, of = [], RayScene.of
+    monkeypatch.setattr(RayScene, "of", lambda *rest: built.append(rest) or of(*rest))
     with_previews(bouncing.corner(6), replace(SETTINGS, samples=1024))
     assert len(built) == 1
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from prt_addon.core.errors import MeshError, RayCasterMissing
+from prt_addon.core.surface import Opacity, TexturePatch
 from prt_addon.core.transport import raycast
 from prt_addon.core.transport.raycast import RayScene
 from tests.core import shapes
@@ -183,6 +184,50 @@ def test_light_passes_one_sided_backs():
     assert hits(0.0, up, 4, one_sided[:4])[0] == -1
     one_sided[3] = False
     assert hits(0.0, up, sides=one_sided) == (3, False)
+
+
+def pane(opacity, height=1.0, panes=1):
+    """Squares above each other, far wider than high, that stop a share of the light."""
+    sheets = [shapes.grid(1, size=400.0) for _ in range(panes)]
+    vertices = np.concatenate([points + (0, 0, height + 0.1 * k) for k, (points, _) in enumerate(sheets)])
+    triangles = np.concatenate([faces + 4 * k for k, (_, faces) in enumerate(sheets)]).astype(np.int32)
+    return RayScene(vertices, triangles, opacity=Opacity(np.full((len(triangles), 1), opacity)))
+
+
+@pytest.mark.parametrize("panes", [1, 2, 5])
+def test_panes_let_their_share_through(panes):
+    """Each on its own: light behind n panes is the n-th power of what one lets through. Whatever is asked together."""
+    scene, directions = pane(0.4, panes=panes), random_directions(60000, seed=3)
+    directions[:, 2] = np.abs(directions[:, 2]) + 0.05
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    origins, directions = rays(tuple(scene.normalised(np.zeros(3))), directions)
+    free = scene.visible(origins, directions)
+    deviation = np.sqrt(0.6**panes * (1.0 - 0.6**panes) / len(free))
+    assert free.mean() == pytest.approx(0.6**panes, abs=4.0 * deviation)
+    for part in (slice(0, 7), slice(7, 50000), slice(50000, None)):
+        assert (scene.visible(origins[part], directions[part]) == free[part]).all()
+
+
+@pytest.mark.parametrize(("opacity", "passes"), [(0.0, True), (1.0, False), (np.nan, True)])
+def test_the_ends_are_exact(opacity, passes):
+    """Nothing that is whole leaks, and nothing that is not there blocks."""
+    scene = pane(opacity)
+    start = tuple(scene.normalised(np.zeros(3)))
+    assert (scene.visible(*rays(start, [(0.3 * np.cos(a), 0.3 * np.sin(a), 0.9539392) for a in range(999)])) == passes).all()
+
+
+def test_a_picture_cuts_out():
+    """A ray passes where the picture's alpha is 0, and hits where it is 1; what stands behind is found through the holes."""
+    vertices, triangles = shapes.joined(shapes.grid(1), (shapes.grid(1)[0] + (0, 0, 1.0), shapes.grid(1)[1]))
+    uv = (vertices[triangles[:2]][..., :2] / 2.0 + 0.5).astype(np.float32)
+    squares = (np.indices((4, 4)).sum(axis=0) % 2).astype(np.float32)[..., None]
+    patch = TexturePatch(np.arange(2), uv, squares, "Closest")
+    scene = RayScene(vertices, triangles, opacity=Opacity(np.ones((4, 1)), (patch,)))
+    x, y = (np.indices((4, 4)).reshape(2, -1) + 0.5) / 2.0 - 1.0
+    above = scene.normalised(np.stack([x, y, np.full(16, -1.0)], axis=-1)).astype(np.float32)
+    hits = scene.hits(above, np.tile(np.float32([0, 0, 1]), (16, 1)))
+    stopped = squares[(np.arange(16) % 4), (np.arange(16) // 4), 0] > 0.5
+    assert ((hits.triangle < 2) == stopped).all() and (hits.triangle >= 0).all()
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
