@@ -35,6 +35,7 @@ WHERE = {
     "preview": "core.sky.preview",
     "problem": "core.problem",
     "projection": "scene.sky.projection",
+    "direct": "core.transport.direct",
     "raycast": "core.transport.raycast",
     "record": "scene.mesh.record",
     "relight_group": "scene.shading.relight_group",

@@ -10,9 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 from ...core.files import digest
+from ...core.notices import Notice
 from ...core.problem import Island, Occluders
-from ...core.surface import Albedo
+from ...core.surface import Albedo, Opacity, Pattern
 from ..material.albedo import SurfaceAlbedo
+from ..material.opacity import SurfaceOpacity
 from ..mesh.meshes import ObjectReceivers, Surface
 from ..mesh.record import Identity, IdentitySum
 
@@ -26,6 +28,12 @@ class Read:
     blocks: bool
     receivers: ObjectReceivers | None
     albedo: SurfaceAlbedo | None
+    opacity: SurfaceOpacity | None = None
+
+    @property
+    def notices(self) -> list[Notice]:
+        """What there is to say about its materials."""
+        return [notice for found in (self.albedo, self.opacity) if found for notice in found.notices]
 
 
 def around(everything: IdentitySum, read: Read) -> IdentitySum:
@@ -72,12 +80,13 @@ def _joined(read: Sequence[Read], bounces: bool) -> Occluders:
         [surface.triangles + start for surface, start in zip(surfaces, first_vertex, strict=True)], dtype=np.int32
     )
     one_sided = np.concatenate([surface.one_sided for surface in surfaces])
+    opacity = _joined_opacity(laid_out)
     if not bounces:
-        return Occluders(vertices, triangles, one_sided=one_sided)
+        return Occluders(vertices, triangles, one_sided=one_sided, opacity=opacity)
     corner_receiver = np.concatenate(
         [_receivers_at_corners(one, int(first_receiver[i])) for i, one in zip(order, laid_out, strict=True)]
     )
-    return Occluders(vertices, triangles, corner_receiver, _joined_albedo(laid_out), one_sided)
+    return Occluders(vertices, triangles, corner_receiver, _joined_albedo(laid_out), one_sided, opacity)
 
 
 def _receivers_at_corners(one: Read, first: int) -> npt.NDArray[np.int64]:
@@ -88,16 +97,33 @@ def _receivers_at_corners(one: Read, first: int) -> npt.NDArray[np.int64]:
 
 
 def _joined_albedo(read: Sequence[Read]) -> Albedo:
-    first_triangle = _starts(len(one.surface.triangles) for one in read)
     constants = [
         one.albedo.constant if one.albedo else np.zeros(one.surface.triangles.shape, dtype=np.float32) for one in read
     ]
-    patterns = tuple(
+    return Albedo(np.concatenate(constants), _joined_patterns(read, [one.albedo for one in read]))
+
+
+def _joined_opacity(read: Sequence[Read]) -> Opacity | None:
+    """None if all of it stops all light."""
+    if not any(one.opacity for one in read):
+        return None
+    constants = [
+        one.opacity.constant if one.opacity else np.ones((len(one.surface.triangles), 1), dtype=np.float32)
+        for one in read
+    ]
+    return Opacity(np.concatenate(constants), _joined_patterns(read, [one.opacity for one in read]))
+
+
+def _joined_patterns(
+    read: Sequence[Read], found: Sequence[SurfaceAlbedo | SurfaceOpacity | None]
+) -> tuple[Pattern, ...]:
+    """The patterns that were found of each surface, over the triangles of all."""
+    first_triangle = _starts(len(one.surface.triangles) for one in read)
+    return tuple(
         replace(pattern, triangles=pattern.triangles + start)
-        for one, start in zip(read, first_triangle, strict=True)
-        for pattern in (one.albedo.patterns if one.albedo else ())
+        for one, start in zip(found, first_triangle, strict=True)
+        for pattern in (one.patterns if one else ())
     )
-    return Albedo(np.concatenate(constants), patterns)
 
 
 def _starts(sizes: Iterable[int]) -> npt.NDArray[np.int64]:

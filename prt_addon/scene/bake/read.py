@@ -17,11 +17,14 @@ import numpy as np
 import numpy.typing as npt
 
 from ...core.errors import MeshError
+from ...core.files import digest
 from ...core.layout import Space
 from ...core.notices import Kind, Notice
 from ...core.problem import BakeProblem, BakeSettings
 from ..blender.rendered import as_rendered
-from ..material.albedo import AlbedoDraft, AlbedoReader
+from ..material.albedo import AlbedoDraft
+from ..material.opacity import OpacityDraft
+from ..material.readers import MaterialReaders
 from ..mesh.carrier import Geometry, is_shared, transport_mesh
 from ..mesh.layers import is_baked, space_of
 from ..mesh.meshes import ObjectReceivers, Surface, own_axes, positions, read_receivers, read_surface, same_topology
@@ -62,7 +65,7 @@ _SHEARED = Kind(
 
 @dataclass(frozen=True)
 class _Draft:
-    """The same while the scene is shown as it renders: the albedo may still wait for Cycles.
+    """The same while the scene is shown as it renders: albedo and opacity may still wait for Cycles.
 
     blocks: whether it blocks light; what does not may still receive it.
     """
@@ -72,6 +75,7 @@ class _Draft:
     blocks: bool
     receivers: ObjectReceivers | None = None
     albedo: AlbedoDraft | None = None
+    opacity: OpacityDraft | None = None
 
     @property
     def is_finite(self) -> bool:
@@ -80,8 +84,11 @@ class _Draft:
     def complete(self) -> Read:
         """To be called when nothing renders any more."""
         albedo = self.albedo.complete() if self.albedo else None
+        opacity = self.opacity.complete() if self.opacity else None
         known = replace(self.identity, colours=albedo.identity) if albedo else self.identity
-        return Read(self.surface, known, self.blocks, self.receivers, albedo)
+        if opacity:
+            known = replace(known, shape=digest(known.shape, opacity.identity))
+        return Read(self.surface, known, self.blocks, self.receivers, albedo, opacity)
 
 
 @dataclass
@@ -143,16 +150,16 @@ def read_bake(
     bounces = settings.mode == "INTERREFLECTED"
     wanted, notices = choose.sorted_out(objects)
     spaces: dict[bpy.types.Object, Space] = {ob: ob.prt.space for ob in wanted}
-    with AlbedoReader() as albedos:
+    with MaterialReaders() as materials:
         request = _Request(spaces, "SCENE" in spaces.values(), True, bounces)
-        found = as_rendered(context, lambda depsgraph: _read_all(depsgraph, request, albedos))
+        found = as_rendered(context, lambda depsgraph: _read_all(depsgraph, request, materials))
         baked = {ob: one for ob in wanted if (one := found.chosen.get(ob)) and one.draft and not one.why_not}
         chosen = {ob: one.draft.complete() for ob, one in baked.items() if one.draft}
         others = [draft.complete() for _, draft in found.others] if "SCENE" in map(spaces.get, baked) else []
     notices += _left_out(wanted, found)
     if not chosen:
         raise choose.nothing(context, notices)
-    notices += [notice for read in (*chosen.values(), *others) if read.albedo for notice in read.albedo.notices]
+    notices += [notice for read in (*chosen.values(), *others) for notice in read.notices]
     notices += choose.instances(found.instances) + choose.strands(context) + choose.no_meshes(context)
     staying = {ob: read for ob, read in chosen.items() if spaces[ob] == "SCENE"}
     everything = IdentitySum.of(read.identity for read in (*staying.values(), *others) if read.blocks)
@@ -200,9 +207,9 @@ def survey(
         bounces: whether to look at colours.
     """
     spaces: dict[bpy.types.Object, Space] = dict.fromkeys(objects, "SCENE")
-    with AlbedoReader() as albedos:
+    with MaterialReaders() as materials:
         request = _Request(spaces, others, False, bounces)
-        found = as_rendered(context, lambda depsgraph: _read_all(depsgraph, request, albedos))
+        found = as_rendered(context, lambda depsgraph: _read_all(depsgraph, request, materials))
         drafts = {ob: one.draft for ob, one in found.chosen.items() if one.draft}
         own = {ob: draft.complete().identity for ob, draft in drafts.items()}
         blocking = {ob: draft.blocks for ob, draft in drafts.items()}
@@ -237,7 +244,7 @@ def _own_axes_matrix(world: npt.NDArray[np.float64]) -> npt.NDArray[np.float64] 
     return np.diag([*np.linalg.norm(world[:3, :3], axis=0), 1.0])
 
 
-def _read_all(depsgraph: bpy.types.Depsgraph, request: _Request, albedos: AlbedoReader) -> _Found:
+def _read_all(depsgraph: bpy.types.Depsgraph, request: _Request, materials: MaterialReaders) -> _Found:
     """Everything that a depsgraph of renders shows."""
     found = _Found()
     for instance in depsgraph.object_instances:
@@ -246,12 +253,12 @@ def _read_all(depsgraph: bpy.types.Depsgraph, request: _Request, albedos: Albedo
         ob, is_own_place = instance.object.original, not instance.is_instance
         blocks, matrix = blocks_light(instance), np.array(instance.matrix_world)
         if is_own_place and ob in request.spaces:
-            found.chosen[ob] = _read_chosen(ob, instance.object, matrix, blocks, request, albedos)
+            found.chosen[ob] = _read_chosen(ob, instance.object, matrix, blocks, request, materials)
             if request.spaces[ob] == "SCENE":
                 continue
         if not request.around or not blocks or not np.isfinite(matrix).all():
             continue
-        draft = _read_other(instance.object, matrix, request.bounces and request.receives, request.bounces, albedos)
+        draft = _read_other(instance.object, matrix, request.bounces and request.receives, request.bounces, materials)
         if draft and draft.is_finite:
             found.others.append((ob if is_own_place else None, draft))
             if instance.is_instance and _is_unlit(instance, request.spaces):
@@ -265,7 +272,7 @@ def _read_chosen(
     world: npt.NDArray[np.float64],
     blocks: bool,
     request: _Request,
-    albedos: AlbedoReader,
+    materials: MaterialReaders,
 ) -> _Chosen:
     """An object to bake: in world space, or in its own axes and with its own surface as its occluder."""
     chosen, matrix = _Chosen(matrix=world), world
@@ -283,7 +290,7 @@ def _read_chosen(
             chosen.why_not = _NO_FACES
         if request.receives and chosen.why_not:
             return chosen
-        chosen.draft = _read_mesh(evaluated, mesh, matrix, world, blocks, request.receives, request.bounces, albedos)
+        chosen.draft = _read_mesh(evaluated, mesh, matrix, world, blocks, request.receives, request.bounces, materials)
         if not chosen.draft.is_finite:
             chosen.why_not = _NOT_FINITE
         if request.receives and not _can_hold(ob, mesh):
@@ -303,14 +310,14 @@ def _as_mesh(evaluated: bpy.types.Object) -> Iterator[bpy.types.Mesh]:
 
 
 def _read_other(
-    shown: bpy.types.Object, matrix: npt.NDArray[np.float64], receives: bool, bounces: bool, albedos: AlbedoReader
+    shown: bpy.types.Object, matrix: npt.NDArray[np.float64], receives: bool, bounces: bool, materials: MaterialReaders
 ) -> _Draft | None:
     """Something that blocks light; None if it has no surface."""
     if shown.type != "MESH":
         surface = strands(shown, matrix)
         return _Draft(surface, surface_identity(surface.vertices, surface.triangles), True) if surface else None
     with _as_mesh(shown) as mesh:
-        return _read_mesh(shown, mesh, matrix, matrix, True, receives, bounces, albedos) if mesh else None
+        return _read_mesh(shown, mesh, matrix, matrix, True, receives, bounces, materials) if mesh else None
 
 
 def _read_mesh(
@@ -321,7 +328,7 @@ def _read_mesh(
     blocks: bool,
     receives: bool,
     bounces: bool,
-    albedos: AlbedoReader,
+    materials: MaterialReaders,
 ) -> _Draft:
     """Read what is wanted; `place` is where colours are looked up, if that is not the matrix."""
     original = evaluated.original
@@ -332,7 +339,8 @@ def _read_mesh(
         identity(mesh, matrix, sides, original if derived else None),
         blocks,
         _with_faces(read_receivers(evaluated.original.name_full, mesh, matrix), surface) if receives else None,
-        albedos.read(evaluated, mesh, surface, place) if bounces else None,
+        materials.albedo.read(evaluated, mesh, surface, place) if bounces else None,
+        materials.opacity.read(evaluated, mesh, surface, place),
     )
 
 

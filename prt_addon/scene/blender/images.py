@@ -33,11 +33,7 @@ def linear_pixels(image: bpy.types.Image, opaque: bool = False) -> npt.NDArray[n
         PictureError: if the file is missing or unreadable.
         Undecodable: if its colour space, or its alpha, is not one we can decode.
     """
-    if image.source not in {"FILE", "GENERATED"}:
-        raise Undecodable(f"Image '{image.name}' is a {image.source.lower()} image: use a single picture.")
-    width, height = image.size  # reading the size loads the file
-    if not width or not height:
-        raise missing(image)
+    _require_single(image)
     encoding, is_data = image.colorspace_settings.name, image.colorspace_settings.is_data
     linear = image.is_float or is_data or encoding in LINEAR_COLOURSPACES
     if not linear and encoding != "sRGB":
@@ -45,10 +41,8 @@ def linear_pixels(image: bpy.types.Image, opaque: bool = False) -> npt.NDArray[n
             f"Image '{image.name}' has colour space '{encoding}': use a float image (.exr, .hdr), or set it to sRGB or "
             "Non-Color."
         )
-    channels = image.channels
-    flat = np.empty(width * height * channels, dtype=np.float32)
-    image.pixels.foreach_get(flat)
-    pixels = flat.reshape(height, width, channels)
+    pixels = _stored_pixels(image)
+    height, _, channels = pixels.shape
     if opaque and not image.is_float and channels == 4 and pixels[..., 3].min() < 1.0:
         raise Undecodable(f"Image '{image.name}' is transparent in places: use an opaque picture.")
     rgb = pixels[..., :3] if channels >= 3 else np.repeat(pixels[..., :1], 3, axis=2)
@@ -58,6 +52,39 @@ def linear_pixels(image: bpy.types.Image, opaque: bool = False) -> npt.NDArray[n
         rows = rgb[first : first + _ROWS_AT_A_TIME]
         rows[:] = to_scene_linear(rows if linear else srgb_to_linear(rows))
     return rgb
+
+
+def alpha_pixels(image: bpy.types.Image) -> npt.NDArray[np.float32]:
+    """(height, width, 1) float32 alpha of an image, row 0 at the bottom; 1 where it has none, or it is to be ignored.
+
+    Args:
+        image: a single picture.
+
+    Raises:
+        PictureError: if the file is missing or unreadable.
+        Undecodable: if it is not a single picture.
+    """
+    _require_single(image)
+    if image.channels < 4 or image.alpha_mode == "NONE":
+        width, height = image.size
+        return np.ones((height, width, 1), dtype=np.float32)
+    return np.ascontiguousarray(_stored_pixels(image)[..., 3:])
+
+
+def _require_single(image: bpy.types.Image) -> None:
+    """Raises PictureError unless an image is a single picture whose pixels are there."""
+    if image.source not in {"FILE", "GENERATED"}:
+        raise Undecodable(f"Image '{image.name}' is a {image.source.lower()} image: use a single picture.")
+    if not all(image.size):  # reading the size loads the file
+        raise missing(image)
+
+
+def _stored_pixels(image: bpy.types.Image) -> npt.NDArray[np.float32]:
+    """(height, width, channels) as Blender hands them out."""
+    width, height = image.size
+    flat = np.empty(width * height * image.channels, dtype=np.float32)
+    image.pixels.foreach_get(flat)
+    return flat.reshape(height, width, image.channels)
 
 
 def to_scene_linear(rec709: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import bpy
 
-_DIFFUSE_RAY = {"Is Diffuse Ray": 1.0, "Is Reflection Ray": 1.0, "Ray Depth": 1.0, "Diffuse Depth": 1.0}
+DIFFUSE_RAY = {"Is Diffuse Ray": 1.0, "Is Reflection Ray": 1.0, "Ray Depth": 1.0, "Diffuse Depth": 1.0}
 """What Light Path says of such a ray; 0 for all else."""
 
 
@@ -27,7 +27,7 @@ def answer_light_path(tree: bpy.types.NodeTree, groups: list[bpy.types.NodeTree]
             for output in node.outputs:
                 for link in list(output.links):
                     value = tree.nodes.new("ShaderNodeValue").outputs[0]
-                    value.default_value = _DIFFUSE_RAY.get(output.name, 0.0)
+                    value.default_value = DIFFUSE_RAY.get(output.name, 0.0)
                     tree.links.new(value, link.to_socket)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Colours of materials whose nodes we do not read, evaluated by Cycles itself at the corners of a mesh.
+"""What materials whose nodes we do not read look like, evaluated by Cycles itself: their colours at the corners of a mesh.
 
 Blender's own colour bake runs on a copy of the evaluated mesh, alone in a scene of its own (see `cycles_scene`).
 
@@ -16,8 +16,10 @@ one thing are therefore evaluated once, unless a node of its materials may ask w
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import bpy
 import numpy as np
@@ -59,22 +61,18 @@ class Unread:
     colour: Colour | None = None
 
 
-class ColourRequest:
+class CyclesRequest(ABC):
     """A mesh that waits for Cycles: a copy, as the object it was evaluated for may be gone by then."""
 
     def __init__(self, ob: bpy.types.Object, matrix: npt.NDArray[np.float64], slots: Mapping[int, Unread]) -> None:
         self._mesh = bpy.data.meshes.new_from_object(ob)
         self._matrix, self._slots = matrix, slots
         self._colour, self._pass_index, self._properties = tuple(ob.color), ob.pass_index, plain_properties(ob)
-        self._answer: Float32 | None = None
+        self._answer: Any = None
         self._asked = False
 
-    def corner_colours(self) -> Float32 | None:
-        """(corners, 3) linear colours on faces of the requested material slots; those of other faces mean nothing.
-
-        Returns:
-            None if Blender cannot bake now: Cycles is disabled, or the context forbids it.
-        """
+    def answer(self) -> Any:
+        """What Cycles finds, of the subclass's kind; None if Blender cannot bake now: Cycles is disabled, or the context forbids it."""
         if not self._asked:
             self._asked, self._answer = True, self._evaluated()
         return self._answer
@@ -83,7 +81,11 @@ class ColourRequest:
         """Remove the copy."""
         bpy.data.meshes.remove(self._mesh)
 
-    def _evaluated(self) -> Float32 | None:
+    @abstractmethod
+    def _baked(self, mesh: bpy.types.Mesh) -> Any:
+        """Bake the mesh, whose object stands alone in a scene of Cycles and is active."""
+
+    def _evaluated(self) -> Any:
         mesh, slots = self._mesh, self._slots
         copies: list[bpy.types.Material] = []
         groups: list[bpy.types.NodeTree] = []
@@ -93,14 +95,12 @@ class ColourRequest:
             for index in range(len(mesh.materials)):
                 unread = slots.get(index)
                 mesh.materials[index] = _as_bounced(unread, copies, groups) if unread else None
-            whole = any(unread.colour is None for unread in slots.values())
             with cycles_scene("PRT Colours") as scene, selected_alone(scene, mesh) as stand_in:
                 stand_in.matrix_world = self._matrix.T.tolist()  # bpy wants columns
                 stand_in.color, stand_in.pass_index = self._colour, self._pass_index
                 for name, value in self._properties.items():
                     stand_in[name] = value
-                diffuse = _baked(mesh, "DIFFUSE")
-                glossy = _baked(mesh, "GLOSSY") if whole else np.zeros_like(diffuse)
+                return self._baked(mesh)
         except (RuntimeError, TypeError):  # the operator refuses; the engine is not registered
             return None
         finally:
@@ -108,29 +108,43 @@ class ColourRequest:
                 remove_parts(copy.node_tree)
                 bpy.data.materials.remove(copy)
             bpy.data.batch_remove(groups)
+
+
+class ColourRequest(CyclesRequest):
+    """Answers with (corners, 3) linear colours on faces of the material slots; those of other faces mean nothing."""
+
+    def _baked(self, mesh: bpy.types.Mesh) -> Float32:
+        diffuse = _pass_at_corners(mesh, "DIFFUSE")
+        whole = any(unread.colour is None for unread in self._slots.values())
+        glossy = _pass_at_corners(mesh, "GLOSSY") if whole else np.zeros_like(diffuse)
         opacity = diffuse[:, 3:]
         opaque = np.where(opacity > 0.0, opacity, np.float32(1.0))
         colour: Float32 = (diffuse[:, :3] + glossy[:, :3]) / opaque
         return colour
 
 
-class ColourRequests:
-    """All requests of one state of the scene. What looks the same everywhere is evaluated once, for all of its instances."""
+class CyclesRequests:
+    """All requests of one state of the scene. What looks the same everywhere is evaluated once, for all of its instances.
 
-    def __init__(self) -> None:
-        self._requests: list[ColourRequest] = []
-        self._shared: dict[object, ColourRequest] = {}
+    Args:
+        kind: of request.
+    """
 
-    def add(self, ob: bpy.types.Object, matrix: npt.NDArray[np.float64], slots: Mapping[int, Unread]) -> ColourRequest:
+    def __init__(self, kind: type[CyclesRequest]) -> None:
+        self._kind = kind
+        self._requests: list[CyclesRequest] = []
+        self._shared: dict[object, CyclesRequest] = {}
+
+    def add(self, ob: bpy.types.Object, matrix: npt.NDArray[np.float64], slots: Mapping[int, Unread]) -> CyclesRequest:
         """For an evaluated object's mesh under a (4, 4) matrix.
 
         Args:
             slots: which material slots, and their materials.
         """
-        key = self._key(ob, slots)
+        key = _key(ob, slots)
         if key in self._shared:
             return self._shared[key]
-        request = ColourRequest(ob, matrix, slots)
+        request = self._kind(ob, matrix, slots)
         self._requests.append(request)
         if key:
             self._shared[key] = request
@@ -143,12 +157,13 @@ class ColourRequests:
         self._requests.clear()
         self._shared.clear()
 
-    def _key(self, ob: bpy.types.Object, slots: Mapping[int, Unread]) -> object:
-        """By what an instance is known again; None if a node may ask where it stands."""
-        if not all(_same_everywhere(unread.material.node_tree) for unread in slots.values()):
-            return None
-        wanted = tuple((index, unread.material.name_full, unread.colour is None) for index, unread in slots.items())
-        return ob.data.as_pointer(), len(ob.data.loops), len(ob.data.polygons), wanted
+
+def _key(ob: bpy.types.Object, slots: Mapping[int, Unread]) -> object:
+    """By what an instance is known again; None if a node may ask where it stands."""
+    if not all(_same_everywhere(unread.material.node_tree) for unread in slots.values()):
+        return None
+    wanted = tuple((index, unread.material.name_full, unread.colour is None) for index, unread in slots.items())
+    return ob.data.as_pointer(), len(ob.data.loops), len(ob.data.polygons), wanted
 
 
 def _same_everywhere(tree: bpy.types.NodeTree | None) -> bool:
@@ -191,7 +206,7 @@ def _matte_copy(material: bpy.types.Material, colour: Colour) -> bpy.types.Mater
     return copy
 
 
-def _baked(mesh: bpy.types.Mesh, kind: str) -> Float32:
+def _pass_at_corners(mesh: bpy.types.Mesh, kind: str) -> Float32:
     """(corners, 4) a colour pass of the active object, whose mesh this is."""
     if _LAYER not in mesh.attributes:
         mesh.attributes.new(_LAYER, "FLOAT_COLOR", "CORNER")

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A material read once: whether its surface can be relit, and the colour that light takes on where it bounces off.
+"""A material read once: whether its surface can be relit, the colour that light takes on where it bounces off, and the share
+of the light that it lets through.
 
-The colours of shaders are read from their inputs, mixed as the
-material mixes the shaders, through groups, reroutes and whatever is muted.
+Both are read from the inputs of shaders, mixed as the material mixes the shaders, through groups, reroutes and whatever is
+muted.
 
-Transport is diffuse and opaque. A metal bounces its base colour as if it were matte, gloss and glass likewise. A Transparent
-BSDF takes no part: what is mixed with it counts as whole. Light that materials emit is no colour: black.
+Transport is diffuse. A metal bounces its base colour as if it were matte, gloss and glass likewise. A Transparent BSDF takes no
+part in the colour: what is mixed with it counts as whole. Light that materials emit is no colour: black. Glass lets light
+through straight on, as thin panes do, where Cycles bends it.
 """
 
 from __future__ import annotations
@@ -64,12 +66,15 @@ class Sum:
 Colour = Constant | Source | Inside | Mixed | Sum
 
 BLACK = Constant((0.0, 0.0, 0.0))
+_WHITE = Constant((1.0, 1.0, 1.0))
 
 _MOST_SHADERS = 32
 """Of a material whose colour is mixed in nodes."""
 
 _DEEPEST = 100
 """Steps from the output to a shader."""
+
+_GLASS = {"ShaderNodeBsdfGlass", "ShaderNodeBsdfRefraction"}
 
 _COLOURLESS = {"ShaderNodeEmission", "ShaderNodeHoldout", "ShaderNodeBackground"}
 """Shaders that are opaque and reflect nothing."""
@@ -82,15 +87,15 @@ class MaterialReading:
     output: the person's own Material Output for it; None if there is none, or the material has no nodes.
     colour: of the surface; None if nothing reflects light, or what does cannot be read.
     why_not: why it cannot be read, to stand after the name of the material and a colon; empty if it can.
+    through: which share of the light it lets through: by alpha, a Transparent BSDF or glass; none if it cannot be read.
     emits: whether it emits light, as far as it was read.
-    lets_through: whether it lets light through, by its alpha or a Transparent BSDF, as far as it was read.
     """
 
     output: bpy.types.Node | None
     colour: Colour | None
     why_not: str = ""
+    through: Colour = BLACK
     emits: bool = False
-    lets_through: bool = False
 
 
 PART = "prt_part"
@@ -109,10 +114,10 @@ def read_material(material: bpy.types.Material, engine: Engine) -> MaterialReadi
         return MaterialReading(None, None)
     reader = _Reader()
     try:
-        colour, why_not = reader.surface(output.inputs["Surface"]), ""
+        surface, why_not = reader.surface(output.inputs["Surface"]), ""
     except _NotRead as reason:
-        colour, why_not = None, str(reason)
-    return MaterialReading(output, colour, why_not, reader.emits, reader.lets_through)
+        surface, why_not = _Seen(None, BLACK), str(reason)
+    return MaterialReading(output, surface.colour, why_not, surface.through, reader.emits)
 
 
 def has_surface(material: bpy.types.Material) -> bool:
@@ -141,43 +146,48 @@ class _NotRead(Exception):
     """Something that only Blender can evaluate; the message says what."""
 
 
+@dataclass(frozen=True)
+class _Seen:
+    """What is seen of a shader: its colour, None if it has none of its own; and which share of the light it lets through."""
+
+    colour: Colour | None
+    through: Colour = BLACK
+
+
+_DARK = _Seen(BLACK)
 _Path = tuple[bpy.types.Node, ...]
 
 
 @dataclass
 class _Reader:
-    """Reads colours of shaders. A path is the group nodes that one has gone into, outermost first."""
+    """Reads shaders. A path is the group nodes that one has gone into, outermost first."""
 
     wiring: Wiring = field(default_factory=Wiring)
     shaders: int = 0
     emits: bool = False
-    lets_through: bool = False
     _open: set[tuple[int, ...]] = field(default_factory=set)
 
-    def surface(self, entry: bpy.types.NodeSocket) -> Colour | None:
-        """The colour of the shader that feeds an input; None if nothing behind it reflects light."""
-        colour = self._shader(entry, ())
-        return colour if self.shaders else None
+    def surface(self, entry: bpy.types.NodeSocket) -> _Seen:
+        """The shader that feeds an input; without a colour if nothing behind it reflects light."""
+        seen = self._shader(entry, ())
+        return seen if self.shaders else _Seen(None, seen.through)
 
-    def _shader(self, entry: bpy.types.NodeSocket, path: _Path, hidden: bool = False) -> Colour | None:
-        """The colour of the shader that feeds an input; None if it lets all light through.
-
-        What is hidden, as a mix takes nothing of it, neither emits nor lets light through.
-        """
-        seen = self.emits, self.lets_through
-        colour = self._behind(entry, path)
+    def _shader(self, entry: bpy.types.NodeSocket, path: _Path, hidden: bool = False) -> _Seen:
+        """The shader that feeds an input. What is hidden, as a mix takes nothing of it, does not emit."""
+        emitted = self.emits
+        seen = self._behind(entry, path)
         if hidden:
-            self.emits, self.lets_through = seen
-        return colour
+            self.emits = emitted
+        return seen
 
-    def _behind(self, entry: bpy.types.NodeSocket, path: _Path) -> Colour | None:
+    def _behind(self, entry: bpy.types.NodeSocket, path: _Path) -> _Seen:
         source = self.wiring.source(entry)
         if source is None:
-            return BLACK
+            return _DARK
         node = source.node
         here = (*(group.as_pointer() for group in path), node.as_pointer())
         if here in self._open:
-            return BLACK  # a loop shows nothing
+            return _DARK  # a loop shows nothing
         if len(self._open) > _DEEPEST:
             raise _NotRead(f"its shaders are mixed more than {_DEEPEST} deep")
         self._open.add(here)
@@ -186,24 +196,25 @@ class _Reader:
         finally:
             self._open.discard(here)
 
-    def _shader_of(self, node: bpy.types.Node, source: bpy.types.NodeSocket, path: _Path) -> Colour | None:
+    def _shader_of(self, node: bpy.types.Node, source: bpy.types.NodeSocket, path: _Path) -> _Seen:
         kind = node.bl_idname
         self.emits |= self._glows(node)
-        self.lets_through |= self._is_open(node)
         if kind == "ShaderNodeMixShader":
             factor = self._value(node.inputs[0], path)
             first = self._shader(node.inputs[1], path, hidden=_is_all_of(factor, 1.0))
             second = self._shader(node.inputs[2], path, hidden=_is_all_of(factor, 0.0))
-            return _mixed(factor, first, second)
+            return _Seen(
+                _mixed(factor, first.colour, second.colour), _value_between(factor, first.through, second.through)
+            )
         if kind == "ShaderNodeAddShader":
             first, second = (self._shader(entry, path) for entry in node.inputs)
-            return _sum(first, second)
+            return _Seen(_sum(first.colour, second.colour), _value_sum(first.through, second.through))
         if kind == "ShaderNodeBsdfTransparent":
-            return None
+            return _Seen(None, self._value(node.inputs["Color"], path))
         if kind in _COLOURLESS:
-            return BLACK
+            return _DARK
         if kind == "NodeGroupInput":
-            return self._shader(_outside(path, source), path[:-1]) if path else BLACK
+            return self._shader(_outside(path, source), path[:-1]) if path else _DARK
         if inner := _group_result(node, source):
             return self._shader(inner, (*path, node))
         entry = node.inputs.get("Base Color") or node.inputs.get("Color")
@@ -212,7 +223,20 @@ class _Reader:
         self.shaders += 1
         if self.shaders > _MOST_SHADERS:
             raise _NotRead(f"it is made of more than {_MOST_SHADERS} shaders")
-        return self._value(entry, path)
+        colour = self._value(entry, path)
+        return _Seen(colour, self._through(node, colour, path))
+
+    def _through(self, node: bpy.types.Node, colour: Colour, path: _Path) -> Colour:
+        """Which share of the light a BSDF of some colour lets through."""
+        if node.bl_idname in _GLASS:
+            return colour
+        if node.bl_idname != "ShaderNodeBsdfPrincipled":
+            return BLACK
+        alpha, glass, metal = (
+            self._value(node.inputs[name], path) for name in ("Alpha", "Transmission Weight", "Metallic")
+        )
+        through = _value_between(metal, _value_between(glass, BLACK, _tint(colour)), BLACK)
+        return _value_between(alpha, _WHITE, through)
 
     def _glows(self, node: bpy.types.Node) -> bool:
         """Whether a shader emits light: its strength and colour are fed, or not 0."""
@@ -221,16 +245,6 @@ class _Reader:
         of_principled = "Emission " if node.bl_idname == "ShaderNodeBsdfPrincipled" else ""
         entries = (node.inputs[f"{of_principled}{name}"] for name in ("Strength", "Color"))
         return all(self.wiring.source(entry) or any(_rgb(entry)) for entry in entries)
-
-    def _is_open(self, node: bpy.types.Node) -> bool:
-        """Whether a shader lets light through: its alpha is fed or below 1, or it is transparent and not black."""
-        if node.bl_idname == "ShaderNodeBsdfPrincipled":
-            alpha = node.inputs["Alpha"]
-            return self.wiring.source(alpha) is not None or _rgb(alpha)[0] < 1.0
-        if node.bl_idname != "ShaderNodeBsdfTransparent":
-            return False
-        colour = node.inputs["Color"]
-        return self.wiring.source(colour) is not None or any(_rgb(colour))
 
     def _value(self, entry: bpy.types.NodeSocket, path: _Path) -> Colour:
         """What an input gets."""
@@ -275,10 +289,25 @@ def _is_all_of(factor: Colour, value: float) -> bool:
     return isinstance(factor, Constant) and min(max(factor.rgb[0], 0.0), 1.0) == value
 
 
+def _tint(colour: Colour) -> Colour:
+    """What the glass of a Principled BSDF makes of light at one of its two faces: the root of its colour, as far as that is a number."""
+    if not isinstance(colour, Constant):
+        return _WHITE
+    r, g, b = (max(channel, 0.0) ** 0.5 for channel in colour.rgb)
+    return Constant((r, g, b))
+
+
 def _mixed(factor: Colour, first: Colour | None, second: Colour | None) -> Colour | None:
     """What is transparent takes no part in a mix."""
     if first is None or second is None:
         return first or second
+    return _value_between(factor, first, second)
+
+
+def _value_between(factor: Colour, first: Colour, second: Colour) -> Colour:
+    """`first` where a factor is 0, `second` where it is 1."""
+    if first == second:
+        return first
     if not isinstance(factor, Constant):
         return Mixed(factor, first, second)
     share = min(max(factor.rgb[0], 0.0), 1.0)
@@ -293,6 +322,10 @@ def _mixed(factor: Colour, first: Colour | None, second: Colour | None) -> Colou
 def _sum(first: Colour | None, second: Colour | None) -> Colour | None:
     if first is None or second is None:
         return first or second
+    return _value_sum(first, second)
+
+
+def _value_sum(first: Colour, second: Colour) -> Colour:
     if isinstance(first, Constant) and isinstance(second, Constant):
         r, g, b = (a + b for a, b in zip(first.rgb, second.rgb, strict=True))
         return Constant((r, g, b))

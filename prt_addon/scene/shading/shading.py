@@ -61,13 +61,6 @@ _GLOWS = Kind(
     "{count} materials emit light: they glow, but light nothing around them in the bake. Put lamps where they shine: {names}.",
     "INFO",
 )
-_OPEN = Kind(
-    "Material {name} lets light through in EEVEE, but the bake takes it as opaque: its shadow is that of the whole face. Model "
-    "the outline of a cut-out, or let the object cast none: Object > Visibility > Ray Visibility > Shadow.",
-    "{count} materials let light through in EEVEE, but the bake takes them as opaque: their shadows are those of whole faces. "
-    "Model the outlines of cut-outs, or let the objects cast none (Ray Visibility > Shadow): {names}.",
-    "INFO",
-)
 _CROWDED = Kind(
     "Material {name} reads {count} attributes of the mesh (UV maps, colours, tangents). EEVEE takes 14 in all, and the "
     "transport needs nine: it is not relit. Let it read {most} at most.",
@@ -282,9 +275,7 @@ def _add_to_material(material: bpy.types.Material) -> list[Notice]:
     if not has_surface(material):
         return []
     reading = read_material(material, "EEVEE")
-    ignored = [
-        Notice(kind, material.name) for kind, is_so in ((_GLOWS, reading.emits), (_OPEN, reading.lets_through)) if is_so
-    ]
+    ignored = [Notice(_GLOWS, material.name)] if reading.emits else []
     if reading.colour is None and not reading.why_not:
         return [*ignored, Notice(_LIGHTLESS, material.name)]
     if reading.output and len(read := attributes_read(reading.output)) > ROOM:

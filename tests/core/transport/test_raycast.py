@@ -189,7 +189,7 @@ def test_light_passes_one_sided_backs():
 def pane(opacity, height=1.0, panes=1):
     """Squares above each other, far wider than high, that stop a share of the light."""
     sheets = [shapes.grid(1, size=400.0) for _ in range(panes)]
-    vertices = np.concatenate([points + (0, 0, height + 0.1 * k) for k, (points, _) in enumerate(sheets)])
+    vertices = np.concatenate([points + np.array([0, 0, height + 0.1 * k]) for k, (points, _) in enumerate(sheets)])
     triangles = np.concatenate([faces + 4 * k for k, (_, faces) in enumerate(sheets)]).astype(np.int32)
     return RayScene(vertices, triangles, opacity=Opacity(np.full((len(triangles), 1), opacity)))
 
@@ -213,12 +213,14 @@ def test_the_ends_are_exact(opacity, passes):
     """Nothing that is whole leaks, and nothing that is not there blocks."""
     scene = pane(opacity)
     start = tuple(scene.normalised(np.zeros(3)))
-    assert (scene.visible(*rays(start, [(0.3 * np.cos(a), 0.3 * np.sin(a), 0.9539392) for a in range(999)])) == passes).all()
+    assert (
+        scene.visible(*rays(start, [(0.3 * np.cos(a), 0.3 * np.sin(a), 0.9539392) for a in range(999)])) == passes
+    ).all()
 
 
 def test_a_picture_cuts_out():
     """A ray passes where the picture's alpha is 0, and hits where it is 1; what stands behind is found through the holes."""
-    vertices, triangles = shapes.joined(shapes.grid(1), (shapes.grid(1)[0] + (0, 0, 1.0), shapes.grid(1)[1]))
+    vertices, triangles = shapes.joined(shapes.grid(1), (shapes.grid(1)[0] + np.array([0, 0, 1.0]), shapes.grid(1)[1]))
     uv = (vertices[triangles[:2]][..., :2] / 2.0 + 0.5).astype(np.float32)
     squares = (np.indices((4, 4)).sum(axis=0) % 2).astype(np.float32)[..., None]
     patch = TexturePatch(np.arange(2), uv, squares, "Closest")

@@ -214,38 +214,3 @@ def test_what_glows_is_said_to_light_nothing(blender, part, scene, stage):
         stage.object_of(name, stage.cube(), material, (3.0 * number, 0.0, 0.0))
     said = [notice for notice in part("shading").add_shading(scene.objects[:]) if "emits light" in notice.kind.one]
     assert [notice.name for notice in said] == ["Glow"]
-
-
-def transparent(blender, share):
-    """A material of that share of Diffuse BSDF, the rest Transparent BSDF."""
-    from headless import use_nodes
-
-    material = blender.data.materials.new("Transparent")
-    use_nodes(material)
-    nodes, links = material.node_tree.nodes, material.node_tree.links
-    mix = nodes.new("ShaderNodeMixShader")
-    mix.inputs[0].default_value = share
-    links.new(nodes.new("ShaderNodeBsdfTransparent").outputs[0], mix.inputs[1])
-    links.new(nodes.new("ShaderNodeBsdfDiffuse").outputs[0], mix.inputs[2])
-    links.new(mix.outputs[0], nodes["Material Output"].inputs["Surface"])
-    return material
-
-
-def test_what_lets_light_through_is_said_to_block_it(blender, part, scene, stage):
-    """Counted, and only what does: not where alpha is 1, or a mix takes nothing of its Transparent BSDF."""
-    card = principled(blender)
-    nodes = card.node_tree.nodes
-    leaf = nodes.new("ShaderNodeTexImage")
-    card.node_tree.links.new(leaf.outputs["Alpha"], nodes["Principled BSDF"].inputs["Alpha"])
-    cases = {
-        "Card": card,
-        "Pane": principled(blender, Alpha=0.5),
-        "Opaque": principled(blender, Alpha=1.0),
-        "Veil": transparent(blender, 0.5),
-        "Wall": transparent(blender, 1.0),
-    }
-    for number, (name, material) in enumerate(cases.items()):
-        material.name = name
-        stage.object_of(name, stage.cube(), material, (3.0 * number, 0.0, 0.0))
-    said = [notice for notice in part("shading").add_shading(scene.objects[:]) if "opaque" in notice.kind.one]
-    assert [notice.name for notice in said] == ["Card", "Pane", "Veil"]

@@ -1,0 +1,21 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What light does at surfaces, read of one state of the scene: which share of it they return, and which they stop."""
+
+from __future__ import annotations
+
+from .albedo import AlbedoReader
+from .opacity import OpacityReader
+
+
+class MaterialReaders:
+    """Both readers. They leave nothing in the file once they are closed."""
+
+    def __init__(self) -> None:
+        self.albedo, self.opacity = AlbedoReader(), OpacityReader()
+
+    def __enter__(self) -> MaterialReaders:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.albedo.close()
+        self.opacity.close()
