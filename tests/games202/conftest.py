@@ -28,7 +28,7 @@ def served(tmp_path):
     """A folder with the page in it, its address on this machine, and a queue of what is posted there."""
     for path in PAGE.iterdir():
         shutil.copy(path, tmp_path)
-    posted = queue.Queue()
+    posted: queue.Queue[str] = queue.Queue()
 
     class Server(http.server.SimpleHTTPRequestHandler):
         """Serves files, keeps what is posted, and writes no log."""

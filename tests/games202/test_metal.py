@@ -2,6 +2,7 @@
 """The page's rough metal is the engine's, with and without the light of all bounces."""
 
 import shutil
+from functools import partial
 
 import numpy as np
 import pytest
@@ -43,8 +44,10 @@ def metal(size, lamp, colour, bounce_colour):
         seen = ggx.masking_shadowing(mu_out, inward, alpha)
         first = colour * (ggx.distribution(half, alpha) * seen / (4.0 * mu_out * inward))[..., None]
         average = table.average_albedo(roughness)
-        albedos = (np.interp(mu, GRID, by_quadrature(GRID, roughness).white) for mu in (mu_out, inward))
-        further = compensation.lost_lobe(*albedos, average=average)[..., None] * bounce_colour(colour, average)
+        albedo = partial(np.interp, xp=GRID, fp=by_quadrature(GRID, roughness).white)
+        further = compensation.lost_lobe(albedo(mu_out), albedo(inward), average)[..., None] * bounce_colour(
+            colour, average
+        )
         columns.append(np.concatenate([first + further, first]) * np.tile((np.pi * lit * inward)[..., None], (2, 1, 1)))
     return np.concatenate(columns, axis=1)
 

@@ -11,6 +11,7 @@ from prt_addon.core.problem import BakeProblem
 from prt_addon.session import session
 from prt_addon.worker import job
 from tests.core import baking, bouncing
+from tests.core.bouncing import Scene
 
 SETTINGS = bouncing.SETTINGS
 NOT_SOON = replace(SETTINGS, samples=1 << 16)
@@ -21,8 +22,8 @@ def pid():
     return session.engine.process
 
 
-def bake(scene, settings=SETTINGS, **options):
-    return job.bake_job(BakeProblem.of(*scene, settings=settings), **options)
+def bake(scene: Scene, settings=SETTINGS, **options):
+    return job.bake_job(BakeProblem.of(*scene, settings), **options)
 
 
 def done(scene, settings=SETTINGS, **options):
@@ -59,9 +60,9 @@ def until_dead(process, seconds=5.0):
     return time.monotonic() - began
 
 
-def works_again(scene):
+def works_again(scene: Scene):
     """The next bake does, in another process."""
-    assert all(map(np.array_equal, done(scene), baking.bake(*scene, settings=SETTINGS)))
+    assert all(map(np.array_equal, done(scene), baking.bake(*scene, SETTINGS)))
 
 
 def program(tmp_path, text):

@@ -16,6 +16,7 @@ from prt_addon.core.errors import Cancelled
 from prt_addon.session import session
 from prt_addon.worker import engine
 from tests.core import baking
+from tests.core.bouncing import Scene
 from tests.worker.jobs import (
     NOT_SOON,
     SETTINGS,
@@ -32,7 +33,7 @@ from tests.worker.jobs import (
 
 def test_an_engine_that_is_stuck_is_killed_when_cancelled(scene):
     """Stopped by a debugger, or within one call for minutes: cancel takes effect within 0.2 s all the same."""
-    times = []
+    times: list[float] = []
     while len(times) < 5 and min(times, default=1.0) > 0.2:  # a busy machine makes single ones long
         one = begun(scene)
         process = pid()
@@ -48,7 +49,7 @@ def test_an_engine_that_is_stuck_is_killed_when_cancelled(scene):
     works_again(scene)
 
 
-def test_a_cancel_leaves_what_is_kept(scene):
+def test_a_cancel_leaves_what_is_kept(scene: Scene):
     """An engine that answers goes on, and so does what earlier bakes found."""
     done(scene)
     process = pid()
@@ -57,7 +58,7 @@ def test_a_cancel_leaves_what_is_kept(scene):
     with pytest.raises(Cancelled, match="Cancelled; nothing was changed"):
         one.result()
     assert pid() == process
-    assert all(map(np.array_equal, done(scene), baking.bake(*scene, settings=SETTINGS)))
+    assert all(map(np.array_equal, done(scene), baking.bake(*scene, SETTINGS)))
 
 
 def test_it_ends_when_nobody_asks(scene):

@@ -15,6 +15,7 @@ from prt_addon.core.monitor import Work
 from prt_addon.session import session
 from prt_addon.worker import engine, job, tasks
 from tests.core import baking
+from tests.core.bouncing import Scene
 from tests.worker.jobs import (
     SETTINGS,
     bake,
@@ -52,14 +53,14 @@ def test_an_engine_that_dies_while_it_waits_is_replaced(scene):
     works_again(scene)
 
 
-def test_errors_of_the_engine_are_its_own_sentences(scene):
+def test_errors_of_the_engine_are_its_own_sentences(scene: Scene):
     """As they would be raised here, with their class."""
     groups, occluders = scene
     broken = replace(groups[1], points=np.full_like(groups[1].points, np.nan))
     with pytest.raises(MeshError, match="Mesh of 'panel 1' holds NaN"):
         done(([groups[0], broken, *groups[2:]], occluders))
     here = pid()
-    assert all(map(np.array_equal, done(scene), baking.bake(*scene, settings=SETTINGS))) and pid() == here
+    assert all(map(np.array_equal, done(scene), baking.bake(*scene, SETTINGS))) and pid() == here
 
 
 def test_memory_that_runs_out_is_a_sentence(scene):
@@ -126,9 +127,9 @@ def test_a_python_that_is_not_there_is_a_sentence(scene, monkeypatch):
     works_again(scene)
 
 
-def test_killed_at_random_moments(scene):
+def test_killed_at_random_moments(scene: Scene):
     """While it starts, reads, casts, bounces, answers: each is a sentence or a whole result, and never harms the next."""
-    expected = baking.bake(*scene, settings=SETTINGS)
+    expected = baking.bake(*scene, SETTINGS)
     rng = np.random.default_rng(int(os.environ.get("PRT_KILLS_SEED", 0)))
     kills = int(os.environ.get("PRT_KILLS", 20))
     ended = 0

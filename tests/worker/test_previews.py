@@ -11,6 +11,7 @@ import numpy as np
 from prt_addon.core.problem import BakeSettings
 from prt_addon.session import session
 from tests.core import baking
+from tests.core.bouncing import Scene
 from tests.worker.jobs import SETTINGS, bake, pid
 
 
@@ -35,7 +36,7 @@ def spent(process):
     return sum(map(int, ticks)) / os.sysconf("SC_CLK_TCK")
 
 
-def test_previews_arrive_before_the_result(scene):
+def test_previews_arrive_before_the_result(scene: Scene):
     """In their order, and the result has the bits of one without them."""
     settings, seen = replace(SETTINGS, samples=4096), []
     one = bake(scene, settings, previews=True)
@@ -46,7 +47,7 @@ def test_previews_arrive_before_the_result(scene):
             assert one.done.rays < one.work.rays and one.take_shown() is None
             seen.append(shown.settings.samples)
     assert seen and seen == sorted(seen) and seen[-1] == 256
-    assert all(map(np.array_equal, one.result().transport, baking.bake(*scene, settings=settings)))
+    assert all(map(np.array_equal, one.result().transport, baking.bake(*scene, settings)))
 
 
 def test_a_preview_that_nobody_takes_holds_up_nothing(scene):
@@ -75,7 +76,7 @@ def test_of_previews_that_wait_the_latest_comes(scene):
     begun = spent(pid())
     while spent(pid()) < begun + 4.0:  # the three take one
         time.sleep(0.1)
-    seen = []
+    seen: list[int] = []
     while len(seen) < 2:
         one.wait(0.001)
         if shown := one.take_shown():

@@ -12,15 +12,16 @@ from prt_addon.core.errors import PRTError
 from prt_addon.core.problem import BakeSettings
 from prt_addon.worker import job
 from tests.core import baking
+from tests.core.bouncing import Scene
 from tests.worker.jobs import SETTINGS, bake, begun, done, pid
 
 
 @pytest.mark.parametrize("threads", [0, 1, 3])
 @pytest.mark.parametrize("mode", ["UNSHADOWED", "SHADOWED", "INTERREFLECTED"])
-def test_the_bits_are_those_of_a_bake_here(scene, mode, threads):
+def test_the_bits_are_those_of_a_bake_here(scene: Scene, mode, threads):
     """In each mode, on any number of threads."""
     settings = replace(SETTINGS, mode=mode)
-    here, there = baking.bake(*scene, settings=settings), done(scene, settings, threads=threads)
+    here, there = baking.bake(*scene, settings), done(scene, settings, threads=threads)
     assert len(here) == len(there)
     assert all(one.dtype == other.dtype and np.array_equal(one, other) for one, other in zip(here, there, strict=True))
 
@@ -62,8 +63,8 @@ def test_large_arrays_arrive_whole(scene):
     assert np.array_equal(here, there)
 
 
-def test_how_it_is_carried_out_reaches_it(scene, tmp_path):
+def test_how_it_is_carried_out_reaches_it(scene: Scene, tmp_path):
     """A bake whose hits have no room in memory or on disk fails there as it would here."""
     one = bake(scene, run=replace(DEFAULT_RUN, memory=0))
     one.start()
-    assert all(map(np.array_equal, one.result().transport, baking.bake(*scene, settings=SETTINGS)))
+    assert all(map(np.array_equal, one.result().transport, baking.bake(*scene, SETTINGS)))

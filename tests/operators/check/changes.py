@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What people do to an object between two bakes, and the causes that a check finds."""
 
-NOTHING, MOVED, OTHERS, GEOMETRY, COLOURS = set(), {"MOVED"}, {"OTHERS"}, {"GEOMETRY"}, {"COLOURS"}
+NOTHING: set[str] = set()
+MOVED, OTHERS, GEOMETRY, COLOURS = {"MOVED"}, {"OTHERS"}, {"GEOMETRY"}, {"COLOURS"}
 EVERYONE = ("Floor", "Ball", "Cube")
 
 

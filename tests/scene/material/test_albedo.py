@@ -4,6 +4,7 @@
 import numpy as np
 import pytest
 
+from tests.recording import recording
 from tests.scene.material.materials import (
     lower_left_red,
     middle,
@@ -134,9 +135,9 @@ def test_a_texture_is_decoded_once(blender, part, scene, stage, monkeypatch):
     material.node_tree.links.new(texture.outputs["Color"], shader.inputs["Color"])
     for x in range(20):
         stage.object_of(f"Plane {x}", stage.grid(1), material, (3.0 * x, 0, 0)).data.uv_layers.new()
-    module, read = part("albedo"), []
-    decode = module.linear_pixels
-    monkeypatch.setattr(module, "linear_pixels", lambda image: read.append(image) or decode(image))
+    module = part("albedo")
+    read: list[object] = []
+    monkeypatch.setattr(module, "linear_pixels", recording(module.linear_pixels, read))
     albedo, _ = plan_albedo(part, blender, scene.objects[0])
     assert len(read) == 1 and len(albedo.patterns) == 20
     assert len({id(pattern.image) for pattern in albedo.patterns}) == 1

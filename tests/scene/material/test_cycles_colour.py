@@ -4,6 +4,7 @@
 import numpy as np
 import pytest
 
+from tests.recording import recording
 from tests.scene.material.materials import (
     middle,
     node_into_colour,
@@ -86,9 +87,9 @@ def test_unread_colours_of_instances(blender, part, scene, stage, monkeypatch, k
         empty.location, empty.instance_type, empty.instance_collection = (x, 0, 0), "COLLECTION", holder
         scene.collection.objects.link(empty)
     ground = stage.object_of("Ground", stage.grid(1), location=(0, 0, -1))
-    module, evaluated, counted = part("cycles_colour"), [], part("notices").counted
-    bake = module._baked
-    monkeypatch.setattr(module, "_baked", lambda *args: evaluated.append(args[1]) or bake(*args))
+    module, counted = part("cycles_colour"), part("notices").counted
+    evaluated: list[str] = []
+    monkeypatch.setattr(module, "_baked", recording(module._baked, evaluated, of=lambda *arguments: arguments[1]))
     albedo, plan = plan_albedo(part, blender, ground)
     assert evaluated == ["DIFFUSE"] * evaluations
     assert [one.names for one in counted(plan.notices) if "Cycles evaluated it" in one.sentence] == [("Placed",)], (
