@@ -34,7 +34,7 @@ def pytest_runtest_makereport(item, call):
 
 def keep(folder, to):
     """Write the EXR frames of a folder, in the order in which they were made, and their differences; returns the paths."""
-    from tests import stage
+    import stage
 
     frames = sorted(folder.rglob("*.exr"), key=lambda path: path.stat().st_mtime_ns)
     if not frames:
