@@ -14,7 +14,7 @@ from ..prt_addon.core.bake.run import DEFAULT_RUN
 from ..prt_addon.core.bake.shards import PieceFolder, Shard
 from ..prt_addon.core.errors import ShardError
 from ..prt_addon.core.monitor import Work
-from ..prt_addon.core.problem import TraceKey
+from ..prt_addon.core.problem import CASTING, TraceKey
 from ..prt_addon.scene.bake import choose
 from ..prt_addon.scene.bake.freshness import previews
 from ..prt_addon.scene.bake.whole_bake import WholeBake
@@ -81,7 +81,7 @@ class PRT_OT_bake_shard(ShardOperator, BakeProperties, bpy.types.Operator):
         shard = Shard(self.index, self.count)
         folder = None if self.estimate else self._folder()
         settings = bake_settings(context.scene, self)
-        if settings.mode == "UNSHADOWED":
+        if not settings.casts_rays:
             raise ShardError(
                 "Unshadowed transport needs no rays, so there is nothing to share: use Bake PRT (prt.bake)."
             )
@@ -129,7 +129,7 @@ class PRT_OT_merge_shards(ShardOperator, WholeBakeOperator, MemoryProperties, bp
     _choices = ("update_light", "update_shading")
 
     def _pieces(self, _context: bpy.types.Context, key: TraceKey) -> PieceFolder | None:
-        if key.mode == "UNSHADOWED":
+        if key.mode not in CASTING:
             raise ShardError(
                 "Unshadowed transport has no shards: use Bake PRT (prt.bake), or choose the mode of the shards."
             )

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..problem import BOUNCING, BakeProblem, Island
+from ..problem import BakeProblem, Island
 from ..sphere import sh
 from .run import Run
 from .shards import Shard
@@ -62,7 +62,7 @@ def estimate(problem: BakeProblem, count: int, run: Run) -> Estimate:
     """
     spans = [Shard(index, count).span(problem.receivers) for index in (0, count - 1)]
     receivers = max(span.stop - span.start for span in spans)
-    samples, bounces = problem.settings.samples, problem.settings.mode in BOUNCING
+    samples, bounces = problem.settings.samples, problem.settings.bounces_light
     preparing, per_ray, hits = _measured(max(problem.islands, key=len), problem, run)
     triangles = sum(len(island.occluders.triangles) for island in problem.islands)
     resident = _ENGINE + _PER_RECEIVER * problem.receivers + _PER_TRIANGLE * triangles

@@ -145,7 +145,7 @@ class Caster:
         """What the rays of some receivers find; uncounted, nobody who watches sees how many."""
         settings, workers = self._settings, self._run.workers if counted else uncounted(self._run.workers)
         rays = self.scene, receivers, settings.samples, settings.seed
-        if settings.mode == "SHADOWED":
+        if not settings.bounces_light:
             return Found(shadowed(*rays, workers), None)
         return Found(*trace(*rays, self._returns, workers))
 

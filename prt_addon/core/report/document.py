@@ -7,6 +7,7 @@ from collections.abc import Collection, Sequence
 from math import isfinite
 from typing import Any
 
+from ..problem import BOUNCING
 from .advice import about_pictures, about_rest, about_sampling, about_seams, about_tessellation, about_truncation
 from .findings import Findings
 from .measures import CONVERGED, Estimate
@@ -72,7 +73,7 @@ def _advice(found: Sequence[Findings], suns: float, parts: Collection[str], lamp
         "TESSELLATION": about_tessellation(bend, max(errors[:2])),
     }
     told: Json = {part.lower(): line for part, line in lines.items() if part in parts}
-    bounces = any(one.mode == "INTERREFLECTED" for one in found)
+    bounces = any(one.mode in BOUNCING for one in found)
     sunk = seams(found)
     if at_seams := about_seams(sunk, max(errors)):
         told["seams"] = at_seams

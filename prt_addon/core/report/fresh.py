@@ -42,7 +42,7 @@ def fresh_transport(
     if not subject.casts_rays:
         return unshadowed(receivers.normals)[:, :, None]
     albedo = scenery.occluders.albedo
-    if settings.mode != "INTERREFLECTED" or albedo is None:
+    if not settings.bounces_light or albedo is None:
         return shadowed(scenery.scene, receivers, samples, seed, workers)[:, :, None]
     corner = scenery.corner_receiver
     direct, hits = trace(scenery.scene, receivers, samples, seed, (corner >= 0).any(axis=1), workers)

@@ -146,7 +146,7 @@ class Subject:
     @property
     def casts_rays(self) -> bool:
         """Whether anything shades it at all."""
-        return self.settings.mode != "UNSHADOWED"
+        return self.settings.casts_rays
 
     def receivers_at(self, positions: Float64, normals: Float64, ids: Int64) -> Receivers:
         """Points of the object as receivers of rays, with its own skip."""
@@ -159,9 +159,9 @@ class Subject:
 
 def bounce_count(settings: BakeSettings) -> int:
     """How often light bounces along the paths that a bake is judged by."""
-    if settings.mode != "INTERREFLECTED":
+    if not settings.bounces_light:
         return 0
-    return _PATIENCE if settings.tolerance > 0.0 else settings.bounces
+    return settings.bounces if "bounces" in settings.used else _PATIENCE
 
 
 def clamped(radiance: Float64, *, by: Float64 | None = None) -> Float64:

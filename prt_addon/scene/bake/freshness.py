@@ -89,12 +89,11 @@ def freshness(
     objects = list(objects)
     with object_mode(context):
         records = {ob: record for ob in objects if (record := _checkable(ob))}
-        staying = [record.settings.mode for record in records.values() if record.space == "SCENE"]
         evidence = survey(
             context,
             list(records),
-            others=any(mode != "UNSHADOWED" for mode in staying),
-            bounces=any(record.settings.mode == "INTERREFLECTED" for record in records.values()),
+            others=any(record.settings.casts_rays for record in records.values() if record.space == "SCENE"),
+            bounces=any(record.settings.bounces_light for record in records.values()),
         )
         for (ob, record), now in zip(records.items(), evidence, strict=True):
             session.checked[ob.session_uid] = record, _differences(record, now)

@@ -140,7 +140,7 @@ def read_bake(
     Raises:
         MeshError: if none of the objects can be baked. Where only some cannot, the plan's notices say so.
     """
-    bounces = settings.mode == "INTERREFLECTED"
+    bounces = settings.bounces_light
     wanted, notices = choose.sorted_out(objects)
     spaces: dict[bpy.types.Object, Space] = {ob: ob.prt.space for ob in wanted}
     with AlbedoReader() as albedos:

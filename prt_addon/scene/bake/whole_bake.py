@@ -70,7 +70,7 @@ class WholeBake:
         Raises:
             PRTError: whatever is wrong with the scene, before any work.
         """
-        if settings.mode != "UNSHADOWED":
+        if settings.casts_rays:
             raycast.require()
         chosen = choose.objects_to_bake(context) if objects is None else list(objects)
         self._light: Projection | None = None

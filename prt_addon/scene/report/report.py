@@ -67,7 +67,7 @@ def read_baked(context: bpy.types.Context, objects: Sequence[bpy.types.Object]) 
         MeshError: for an object that was changed since its bake so that the layers fit it no more.
     """
     records = {ob.name_full: _record(ob) for ob in objects}
-    bounces = any(record.settings.mode == "INTERREFLECTED" for record in records.values())
+    bounces = any(record.settings.bounces_light for record in records.values())
     plan = read_bake(context, objects, BakeSettings("INTERREFLECTED" if bounces else "SHADOWED"))
     stored = {one.group: _per_receiver(bpy.data.objects[one.name], one.receivers) for one in plan.objects}
     sceneries = _sceneries(plan.problem, stored)
