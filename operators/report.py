@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How true the bakes are: measured, written as JSON, and shown in the panel."""
+"""Measures how true the bakes are, writes that as JSON, and shows it in the panel."""
 
 import errno
 import json

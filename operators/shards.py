@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A bake on several machines: each casts a share of the rays into a common folder, one of them merges the shares."""
+"""Bakes on several machines: each casts a share of the rays into a common folder, one of them merges the shares."""
 
 import time
 from collections.abc import Iterator

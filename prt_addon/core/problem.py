@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is to be baked: receivers of several objects, what blocks their light, and the settings."""
+"""Describes what is to be baked: receivers of several objects, what blocks their light, and the settings."""
 
 from __future__ import annotations
 

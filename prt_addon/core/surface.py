@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What share of the light a surface returns, looked up where a ray hits it.
+"""Looks up what share of the light a surface returns where a ray hits it.
 
 A triangle's albedo is one colour, unless a pattern covers it: a texture, or colours at its corners. The lookup is
 per hit and not per triangle, because a floor of two triangles may carry a whole picture.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the engine's process can be asked to do. Each task takes its arguments, and last how it is carried out."""
+"""Defines the tasks of the engine's process. Each takes its arguments, and last how it is carried out."""
 
 from __future__ import annotations
 

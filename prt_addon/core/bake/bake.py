@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One bake from arrays to arrays: unshadowed, shadowed or interreflected, whole or the share of one machine."""
+"""Bakes a problem from arrays to arrays: unshadowed, shadowed or interreflected, whole or the shard of one machine."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a bake in shards will take on this machine: counted, and for its speed measured on a few of its rays."""
+"""Estimates what a bake in shards takes on this machine: counts the work, and times a few of its rays."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The rays of a bake: cast piece by piece, and what they found told and mended where receivers are buried."""
+"""Casts the rays of a bake, piece by piece, and mends what receivers inside other geometry get."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The report as plain data, as JSON holds it: numbers with their intervals, and a line of advice for each part."""
+"""Writes a report as plain data for JSON: numbers with their intervals, and a line of advice for each part."""
 
 from __future__ import annotations
 

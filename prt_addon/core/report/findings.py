@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One object measured: everything that the parts of a report are made of, at random points of its surface."""
+"""Measures one object at random points of its surface: all that the parts of a report are computed from."""
 
 from __future__ import annotations
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Transport baked anew, at whatever points, with as many rays as the bake had and in another pattern of noise.
+"""Bakes transport anew at any points, with as many rays as the bake had and with noise that is independent of its
+noise.
 
 Two such replicates, independent of each other and of what is stored, are what sampling and tessellation are measured
 with. Halving one bake's own set of rays would not do: its points are spread so evenly that half of them leave more than

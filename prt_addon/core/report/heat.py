@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The error at every receiver, for a map of where it sits."""
+"""Computes the error at every receiver, for a map of where it sits."""
 
 from __future__ import annotations
 

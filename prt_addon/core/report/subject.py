@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a report is about: a baked surface, all that shades it, and the light it is looked at in."""
+"""Describes what a report judges: a baked surface, all that shades it, and the light that falls on it."""
 
 from __future__ import annotations
 

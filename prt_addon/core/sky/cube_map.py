@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cube maps to SH light, and to the equirectangular picture that Blender can show.
+"""Projects cube maps to SH light, and resamples them as the equirectangular picture that Blender can show.
 
 Faces are pictures as files hold them, top row first. Tables are written in the Y-up world of the graphics
 interfaces; what comes out is in Blender's axes, by `(x, y, z) -> (x, -z, y)`: what OpenGL sees ahead, -z, lies in +y.

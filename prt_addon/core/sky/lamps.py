@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lamps in a picture of the sky: spots so bright and small that lights with sharp shadows show them better than bands.
+"""Finds lamps in a picture of the sky: spots so bright and small that lights with sharp shadows show them better than
+bands.
 
 What a spot exceeds its surroundings by becomes a distant lamp, a disc: direction, size, irradiance. All lamps of a sky share one
 colour, so that one coefficient per band and order says what they are of the SH light. What their own colours differ by, and

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A sky as the texels of a picture: where they lie, what is seen between them, and the SH light of all of them."""
+"""Holds a sky as the texels of a picture: where they lie, what is seen between them; and projects all of them."""
 
 from __future__ import annotations
 

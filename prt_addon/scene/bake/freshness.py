@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Whether bakes still hold, and why not.
+"""Finds which bakes are stale, and why.
 
 `freshness` reads the scene as a bake would, and is as slow; `glance` is for drawing: what can be told at once, and what
 the last check found. That is kept for the session and not in the file, which must not change because it was looked at.

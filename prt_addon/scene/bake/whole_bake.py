@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One bake of a scene: everything is checked and read first, and written once the whole result is there. Previews of it may be
-shown in between, and are taken back before anything else is written.
+"""Bakes a scene once: checks and reads everything first, and writes once the whole result is there. Previews of it may
+be shown in between, and are taken back before anything else is written.
 
 Nothing of the person's is applied or refused: an object whose own mesh cannot hold its transport gets a carrier, and what
 cannot be baked at all is left out and named.

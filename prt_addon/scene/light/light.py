@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The SH light on the World: nine RGB custom properties, and drivers that carry its turn and strength.
+"""Stores the SH light on the World: nine RGB custom properties, and drivers that carry its turn and strength.
 
 The light is stored with the world's rotation at zero. Its turn is stored as the images of the three axes under
 the world's Mapping node, by drivers that need no Python (simple expressions): a saved file turns and renders in a

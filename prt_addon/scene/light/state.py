@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Whether a world's SH light still is that of its nodes and pictures."""
+"""Decides whether a world's SH light still is that of its nodes and pictures."""
 
 from __future__ import annotations
 

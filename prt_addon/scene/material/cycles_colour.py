@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Colours of materials whose nodes we do not read, evaluated by Cycles itself at the corners of a mesh.
+"""Has Cycles evaluate colours of materials whose nodes we do not read, at the corners of a mesh.
 
 Blender's own colour bake runs on a copy of the evaluated mesh, alone in a scene of its own (see `cycles_scene`).
 

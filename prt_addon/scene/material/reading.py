@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A material read once: whether its surface can be relit, and the colour that light takes on where it bounces off.
+"""Reads a material once: whether its surface can be relit, and the colour that light takes on where it bounces off.
 
 The colours of shaders are read from their inputs, mixed as the
 material mixes the shaders, through groups, reroutes and whatever is muted.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The record of a bake on its mesh: the settings, and digests of all that the bake depended on.
+"""Writes and reads the record of a bake on its mesh: the settings, and digests of all that the bake depended on.
 
 One digest per cause, so that a stale bake can say why. Names play no part in them, nor does the order of objects. They
 are made of what Blender stores rather than of what it derives from that (sharp edges, not normals): what is computed

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Baked objects and the world's light, read as a report wants them; and the last report, kept with the scene."""
+"""Reads baked objects and the world's light for a report, and keeps the last report with the scene."""
 
 from __future__ import annotations
 

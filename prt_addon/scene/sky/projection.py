@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From a sky to its SH light: the texels of its picture, or what Blender makes of its nodes; then a window, and lamps."""
+"""Projects a sky to its SH light: the texels of its picture, or what Blender makes of its nodes; then windows it and
+finds lamps.
+"""
 
 from __future__ import annotations
 
