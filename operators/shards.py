@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import bpy
 from bpy.props import BoolProperty, IntProperty
 
-from ..prt_addon.core.bake.estimate import PROBE, Estimate
+from ..prt_addon.core.bake.estimate import PROBE, ShardEstimate
 from ..prt_addon.core.bake.run import DEFAULT_RUN
 from ..prt_addon.core.bake.shards import PieceFolder, Shard
 from ..prt_addon.core.errors import ShardError
@@ -110,7 +110,7 @@ class PRT_OT_bake_shard(ShardOperator, BakeProperties, bpy.types.Operator):
             patience=engine_patience(context),
         )
 
-    def _end(self, _context: bpy.types.Context, result: Estimate | None) -> None:
+    def _end(self, _context: bpy.types.Context, result: ShardEstimate | None) -> None:
         assert self._job
         if result:
             for line in _estimated(result, self.count, self._reading):
@@ -138,7 +138,7 @@ class PRT_OT_merge_shards(ShardOperator, WholeBakeOperator, MemoryProperties, bp
         return pieces
 
 
-def _estimated(found: Estimate, count: int, reading: float) -> Iterator[str]:
+def _estimated(found: ShardEstimate, count: int, reading: float) -> Iterator[str]:
     """Sentences about a bake in shards."""
     before = reading + found.preparing
     each = before + found.casting

@@ -13,7 +13,7 @@ from ..core.bake import bake as core_bake
 from ..core.bake import estimate as core_estimate
 from ..core.bake.bake import BakeResult
 from ..core.bake.cache import KeptScenes
-from ..core.bake.estimate import Estimate
+from ..core.bake.estimate import ShardEstimate
 from ..core.bake.previews import previews
 from ..core.bake.run import Run
 from ..core.bake.shards import Shard
@@ -45,7 +45,7 @@ def shard(problem: BakeProblem, share: Shard, run: Run) -> None:
     core_bake.trace_shard(problem, share, run)
 
 
-def estimate(problem: BakeProblem, count: int, run: Run) -> Estimate:
+def estimate(problem: BakeProblem, count: int, run: Run) -> ShardEstimate:
     """What a bake in so many shards will take: `core.bake.estimate.estimate`."""
     return core_estimate.estimate(problem, count, run)
 

@@ -27,7 +27,7 @@ _HIT = 8
 
 
 @dataclass(frozen=True)
-class Estimate:
+class ShardEstimate:
     """What a bake in shards takes, on the machine that this was measured on.
 
     Attributes:
@@ -51,7 +51,7 @@ class Estimate:
     merging_memory: int
 
 
-def estimate(problem: BakeProblem, count: int, run: Run) -> Estimate:
+def estimate(problem: BakeProblem, count: int, run: Run) -> ShardEstimate:
     """Of a bake in so many shards; the mode must cast rays.
 
     The speed is that of receivers which lie evenly in the island that has most of them.
@@ -67,7 +67,7 @@ def estimate(problem: BakeProblem, count: int, run: Run) -> Estimate:
     triangles = sum(len(island.occluders.triangles) for island in problem.islands)
     resident = _ENGINE + _PER_RECEIVER * problem.receivers + _PER_TRIANGLE * triangles
     all_hits = round(_HIT * hits * samples * problem.receivers)
-    return Estimate(
+    return ShardEstimate(
         receivers,
         samples * receivers,
         preparing,
