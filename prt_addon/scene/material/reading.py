@@ -18,7 +18,7 @@ import bpy
 
 from ..blender.nodes import Wiring, uses_nodes
 
-Engine = Literal["EEVEE", "CYCLES"]
+RenderEngine = Literal["EEVEE", "CYCLES"]
 RGB = tuple[float, float, float]
 
 
@@ -100,7 +100,7 @@ OURS = "prt_were_active"
 """Custom property of the output that we add: the names of the outputs that were active before it, a line each."""
 
 
-def read_material(material: bpy.types.Material, engine: Engine) -> MaterialReading:
+def read_material(material: bpy.types.Material, engine: RenderEngine) -> MaterialReading:
     """Read a material as an engine shows it, or would without us."""
     if not uses_nodes(material):
         return MaterialReading(None, Constant(_three(material.diffuse_color)))
@@ -125,7 +125,7 @@ def has_surface(material: bpy.types.Material) -> bool:
     return surface is not None or volume is None
 
 
-def own_output(tree: bpy.types.NodeTree, engine: Engine) -> bpy.types.Node | None:
+def own_output(tree: bpy.types.NodeTree, engine: RenderEngine) -> bpy.types.Node | None:
     """The person's own output that an engine shows: as `get_output_node`, which would find ours.
 
     One that is made for the engine comes before one for all, and among equals the active one.
