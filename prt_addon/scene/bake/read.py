@@ -25,7 +25,7 @@ from ..material.albedo import AlbedoDraft, AlbedoReader
 from ..mesh.carrier import Geometry, is_shared, transport_mesh
 from ..mesh.layers import is_baked, space_of
 from ..mesh.meshes import ObjectReceivers, Surface, own_axes, positions, read_receivers, read_surface, same_topology
-from ..mesh.record import Evidence, Identity, IdentitySum, identity, surface_identity
+from ..mesh.record import Evidence, Identity, IdentitySum, mesh_identity, surface_identity
 from ..mesh.strands import strands
 from . import choose
 from .blocking import blocking_faces, blocks_light
@@ -329,7 +329,7 @@ def _read_mesh(
     surface, sides = blocking_faces(evaluated, mesh, read_surface(mesh, matrix))
     return _Draft(
         surface,
-        identity(mesh, matrix, sides, original if derived else None),
+        mesh_identity(mesh, matrix, sides, original if derived else None),
         blocks,
         _with_faces(read_receivers(evaluated.original.name_full, mesh, matrix), surface) if receives else None,
         albedos.read(evaluated, mesh, surface, place) if bounces else None,

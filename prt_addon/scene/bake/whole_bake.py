@@ -25,7 +25,7 @@ from ..mesh import carrier, layers
 from ..mesh.meshes import positions
 from ..shading import shading
 from ..sky import sky
-from ..sky.identity import identity
+from ..sky.identity import sky_identity
 from ..sky.projection import LightSettings, Projection, project
 from . import choose, freshness, lent_light
 from .before import Before, take_back
@@ -195,7 +195,7 @@ class WholeBake:
         here = sky.read_sky(context.scene) if self._light else None  # refuses before writing, as all that follows
         if here and self._light:
             light.check_world(here.holder)
-            if identity(here) != self._light.identity:  # the world was edited, or is another, since the bake began
+            if sky_identity(here) != self._light.identity:  # the world was edited, or is another, since the bake began
                 self._light = project(here, self._light.settings)
         with object_mode(context):
             for ob, one in found:

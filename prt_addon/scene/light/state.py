@@ -9,7 +9,7 @@ from typing import Any
 import bpy
 
 from ...core.errors import PRTError
-from ..sky.identity import identity
+from ..sky.identity import sky_identity
 from ..sky.sky import Sky, read_world
 from .drivers import drivers_work
 from .light import (
@@ -59,7 +59,7 @@ def light_state(world: Any) -> LightState:
         sky = read_world(world if source == world.original else source, world.original)
     except PRTError as error:
         return LightState(True, str(error))
-    now = identity(sky)
+    now = sky_identity(sky)
     changes = {
         "a picture is another, or its file has changed": now.pictures != record["pictures"],
         f"'{record.get(REPAINTED)}' was painted on or changed": REPAINTED in record,

@@ -172,7 +172,7 @@ def same_transform(one: tuple[float, ...], other: tuple[float, ...]) -> bool:
     return all(abs(a - b) <= _ROUNDING * max(size, abs(a)) for a, b in zip(one, other, strict=True))
 
 
-def identity(
+def mesh_identity(
     mesh: bpy.types.Mesh,
     matrix: npt.ArrayLike,
     sides: npt.NDArray[np.int8] | None = None,

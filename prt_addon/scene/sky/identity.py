@@ -45,7 +45,7 @@ class SkyIdentity:
     graph: str
 
 
-def identity(sky: Sky) -> SkyIdentity:
+def sky_identity(sky: Sky) -> SkyIdentity:
     """What is seen of a sky, apart from its turn and strength if these are followed."""
     nodes = sky.nodes
     images = list(dict.fromkeys(node.image for node in nodes if getattr(node, "image", None)))

@@ -14,7 +14,7 @@ from ...core.sky.lamps import ENOUGH, Lamps, find_lamps
 from ...core.sky.texels import SkyTexels
 from ...core.sphere import sh, window
 from ..blender.images import Undecodable, linear_pixels
-from .identity import SkyIdentity, identity
+from .identity import SkyIdentity, sky_identity
 from .panorama import panorama
 from .sky import Sky
 
@@ -101,7 +101,7 @@ def projected(sky: Sky, light: Array, by: str, settings: LightSettings, texels: 
         kept = window.windowed(light, factors)
         negative = (window.negative_share(light), window.negative_share(kept))
     return Projection(
-        kept, _lamps(sky, settings, texels), settings, factors, negative, identity(sky), f"{by}; {sky.following}."
+        kept, _lamps(sky, settings, texels), settings, factors, negative, sky_identity(sky), f"{by}; {sky.following}."
     )
 
 
