@@ -16,7 +16,7 @@ from ..prt_addon.core.errors import ShardError
 from ..prt_addon.core.monitor import Work
 from ..prt_addon.core.problem import CASTING, TraceKey
 from ..prt_addon.scene.bake import choose
-from ..prt_addon.scene.bake.freshness import previews
+from ..prt_addon.scene.bake.freshness import preview_notices
 from ..prt_addon.scene.bake.whole_bake import WholeBake
 from ..prt_addon.scene.preferences import engine_patience
 from ..prt_addon.scene.settings import BakeProperties, MemoryProperties, bake_settings, run_settings
@@ -86,7 +86,7 @@ class PRT_OT_bake_shard(ShardOperator, BakeProperties, bpy.types.Operator):
                 "Unshadowed transport needs no rays, so there is nothing to share: use Bake PRT (prt.bake)."
             )
         whole = WholeBake(context, settings)
-        self._say(context, [*whole.plan.notices, *previews(choose.objects_to_bake(context))])
+        self._say(context, [*whole.plan.notices, *preview_notices(choose.objects_to_bake(context))])
         problem = whole.plan.problem
         if folder is None:
             self._reading = time.monotonic() - begun

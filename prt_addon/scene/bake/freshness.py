@@ -128,7 +128,7 @@ def note_baked(objects: Iterable[bpy.types.Object], as_read: bool = True) -> Non
             session.checked.pop(ob.session_uid, None)
 
 
-def previews(objects: Iterable[bpy.types.Object]) -> list[Notice]:
+def preview_notices(objects: Iterable[bpy.types.Object]) -> list[Notice]:
     """A notice on each object that shows a preview: of a bake that runs, that was kept, or that a file was saved amid."""
     records = [(ob.name, _record(ob)) for ob in objects]
     return [Notice(_PREVIEW, name, {"rays": _seen(record)}) for name, record in records if record and record.preview_of]
