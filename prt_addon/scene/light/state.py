@@ -19,7 +19,7 @@ from .light import (
     has_light,
     is_keyframed,
     is_projected,
-    read_record,
+    light_record,
     source_of,
     stands_in,
 )
@@ -49,7 +49,7 @@ def light_state(world: Any) -> LightState:
         return LightState(True, f"A white sky stands in. {_why_not(world)}")
     if not is_projected(world.original):
         return LightState(False, "Light was imported: it follows no nodes")
-    record = read_record(world.original)
+    record = light_record(world.original)
     if is_keyframed(world.original):
         if not drivers_work(world.original):
             return LightState(True, "Light is keyframed, but the node that turned it is gone: keyframe it again")
