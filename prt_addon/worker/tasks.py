@@ -21,7 +21,7 @@ from ..core.monitor import Work
 from ..core.problem import BakeProblem
 from ..core.report.findings import Effort, Findings, find
 from ..core.report.heat import receiver_errors
-from ..core.report.subject import Light, Subject
+from ..core.report.subject import Lighting, Subject
 from ..core.workers import uncounted
 
 Float64 = npt.NDArray[np.float64]
@@ -63,7 +63,7 @@ class Measured:
 
 
 def measure(
-    subjects: Sequence[Subject], light: Light, effort: Effort, at_points: bool, at_receivers: bool, run: Run
+    subjects: Sequence[Subject], light: Lighting, effort: Effort, at_points: bool, at_receivers: bool, run: Run
 ) -> list[Measured]:
     """Measure baked objects, at points of their surfaces, at their receivers, or at both. An object counts as one ray."""
     watching = uncounted(run.workers)  # how many rays a report takes is not known beforehand

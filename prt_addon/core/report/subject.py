@@ -31,7 +31,7 @@ ORDERS = (1, 2, 3, 4, 5, 6)
 _PATIENCE = 16  # bounces traced where a bake went on until its tolerance: less than 3 % of an albedo of 0.8 is left
 
 
-class Light:
+class Lighting:
     """The light on the world: the sky as it is, and what the shader is given of it."""
 
     def __init__(self, picture: Float32, turn: Float64, stored: Float64) -> None:

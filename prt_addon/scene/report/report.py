@@ -15,7 +15,7 @@ import numpy.typing as npt
 from ...core.errors import LightError, MeshError
 from ...core.notices import Notice
 from ...core.problem import BakeProblem, BakeSettings
-from ...core.report.subject import Light, Scenery, Subject
+from ...core.report.subject import Lighting, Scenery, Subject
 from ...core.sky.sampler import reduced
 from ..bake import choose
 from ..bake.read import read_bake
@@ -100,7 +100,7 @@ def _sceneries(problem: BakeProblem, stored: dict[int, npt.NDArray[np.float32]])
     return sceneries
 
 
-def read_light(scene: bpy.types.Scene) -> Light:
+def read_lighting(scene: bpy.types.Scene) -> Lighting:
     """The light that is on the scene's world, and the sky it stands for.
 
     Raises:
@@ -109,7 +109,7 @@ def read_light(scene: bpy.types.Scene) -> Light:
     """
     picture, turn = sky_as_projected(scene)
     stored = light.shown_light(scene.world)
-    return Light(reduced(picture) * np.float32(light.strength_of(scene.world)), turn, stored)
+    return Lighting(reduced(picture) * np.float32(light.strength_of(scene.world)), turn, stored)
 
 
 def sky_as_projected(scene: bpy.types.Scene) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float64]]:

@@ -5,7 +5,7 @@ import numpy as np
 
 from prt_addon.core.problem import Occluders, ReceiverGroup
 from prt_addon.core.report.findings import Effort
-from prt_addon.core.report.subject import Light, Scenery, Subject
+from prt_addon.core.report.subject import Lighting, Scenery, Subject
 from prt_addon.core.sky.projection import project_equirect
 from prt_addon.core.sphere import sh
 from prt_addon.core.sphere.rotation import rotation_matrix
@@ -43,7 +43,7 @@ def sunny_sky():
 
 def light_of(pixels, turn=SCENE):
     """The sky, and its projection as the world would store it."""
-    return Light(pixels, turn, rotation_matrix(turn.T) @ project_equirect(pixels))
+    return Lighting(pixels, turn, rotation_matrix(turn.T) @ project_equirect(pixels))
 
 
 def subjects_of(parts, settings, colours=None, **bake_options):

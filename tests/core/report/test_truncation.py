@@ -7,7 +7,7 @@ import pytest
 from prt_addon.core.problem import BakeSettings
 from prt_addon.core.report.document import PARTS, surface_report
 from prt_addon.core.report.findings import Effort, find
-from prt_addon.core.report.subject import Light
+from prt_addon.core.report.subject import Lighting
 from prt_addon.core.report.suns import find_suns
 from prt_addon.core.report.truncation import truncation
 from prt_addon.core.sky.projection import project_equirect
@@ -79,7 +79,7 @@ def test_window_is_counted_and_told():
     windowed = project_equirect(pixels)
     windowed[1:] *= 0.5
     [subject] = subjects_of({"ball": shapes.icosphere(3)}, BakeSettings("SHADOWED", 16))
-    found = [find(subject, Light(pixels, SCENE, windowed), FEW)]
+    found = [find(subject, Lighting(pixels, SCENE, windowed), FEW)]
     part = truncation(found)
     assert part.relative_rms.low > 0.05 > part.by_order[2].high
     assert "project it again" in surface_report(found, 0.0, PARTS)["all"]["advice"]["truncation"]
