@@ -27,8 +27,6 @@ Float32 = npt.NDArray[np.float32]
 BRIGHT = 10.0
 """Times the sky's mean radiance, from which on a texel belongs to a spot, with all that it exceeds this by."""
 
-MOST = 8
-
 ENOUGH = 0.03
 """Truncation of the light under which no more lamps are looked for."""
 
