@@ -26,10 +26,6 @@ BLEND ?=
 TESTS ?=
 KILLS ?= 100
 APP_ROOT ?= build/app/root
-# Tests need not say their types, but what they use has to be there, and to be of the type that is wanted.
-TEST_TYPES := --explicit-package-bases --allow-untyped-defs --allow-untyped-calls --allow-incomplete-defs --no-strict-optional \
-	--implicit-reexport --no-warn-unused-ignores --ignore-missing-imports --disable-error-code var-annotated \
-	--disable-error-code func-returns-value --disable-error-code call-arg
 PYTEST = cd tests && ../$(VENV)/bin/python -m pytest
 
 .PHONY: demo test check check-engine check-blender torture farm bench gallery course web lint docs package app clean
@@ -76,8 +72,8 @@ lint: $(LINT)/.ready
 	mkdir -p build/types && ln -sfn ../.. build/types/prt_relight
 	$(LINT)/bin/mypy
 	for folder in tools tools/bench tools/course tools/app; do \
-		MYPYPATH=tools:$$folder:. $(LINT)/bin/mypy --explicit-package-bases $$folder/*.py || exit 1; done
-	MYPYPATH=.:tools $(LINT)/bin/mypy $(TEST_TYPES) tests
+		MYPYPATH=tools:$$folder:. $(LINT)/bin/mypy $$folder/*.py || exit 1; done
+	MYPYPATH=.:tools $(LINT)/bin/mypy tests
 	$(LINT)/bin/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
 	$(LINT)/bin/check-jsonschema --builtin-schema vendor.github-issue-config .github/ISSUE_TEMPLATE/config.yml
 	$(LINT)/bin/check-jsonschema --builtin-schema vendor.github-issue-forms $(filter-out %/config.yml,$(wildcard .github/ISSUE_TEMPLATE/*.yml))

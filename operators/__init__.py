@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Thin operators, `bpy.ops.prt.*`: read settings, call scene and core, report."""
+"""Defines `bpy.ops.prt.*`: thin operators that read settings, call scene and core, and report."""
 
 from __future__ import annotations
 

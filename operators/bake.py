@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The bake: transport of the chosen meshes, the world's light and the shading, in one go."""
+"""Bakes: the transport of the chosen meshes, the world's light and the shading, in one go."""
 
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any

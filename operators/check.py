@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Whether what is baked still holds."""
+"""Checks which bakes are stale."""
 
 from collections import Counter
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cube maps: six faces become the world, and its light."""
+"""Loads a cube map: six faces become the world, and its light."""
 
 from pathlib import Path
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The node group that gives rough metal back what it loses, into materials and out again."""
+"""Adds the node group that gives rough metal back the light it loses, and removes it."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The folder that an operator reads from or writes to: given by a script, or chosen in the file browser."""
+"""Gives operators the folder that they read from or write to: from a script, or chosen in the file browser."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any

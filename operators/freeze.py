@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The light of now as vertex colours, for programs that know no transport."""
+"""Writes the light of now as vertex colours, for programs that know no transport."""
 
 import bpy
 from bpy.props import EnumProperty

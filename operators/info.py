@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One block of text about this Blender, this file and the last bake, to paste where help is given."""
+"""Copies one block of text about this Blender, this file and the last bake, to paste where help is given."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The GAMES202 course's files: write them from the active mesh and the world, and read them back."""
+"""Writes the GAMES202 course's files from the active mesh and the world, and reads them back."""
 
 import bpy
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What operators that bake have in common: to the end from a script, behind a live window from the button."""
+"""Runs the jobs of operators that bake: to the end from a script, behind a live window from the button."""
 
 import signal
 import time

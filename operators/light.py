@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The SH light alone: project the world, now or over a range of frames."""
+"""Projects the world to its SH light, now or over a range of frames."""
 
 import bpy
 from bpy.props import IntProperty

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the last bake had to say: to find the objects that it was about."""
+"""Selects the objects that a message of the last bake is about."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Looking at the SH light."""
+"""Shows the SH light: as a sphere in the scene, or as a picture."""
 
 import bpy
 from bpy.props import EnumProperty

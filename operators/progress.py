@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Long work that a script or the command line waits for: how far it is, and how Ctrl-C ends it."""
+"""Shows how far work is that a script or the command line waits for, and has Ctrl-C end it."""
 
 from __future__ import annotations
 

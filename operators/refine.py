@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Vertices for light to be kept at: a modifier that subdivides what is too coarse for its shadows."""
+"""Subdivides meshes that are too coarse for their shadows, by a modifier."""
 
 from __future__ import annotations
 

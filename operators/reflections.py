@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""EEVEE's ray tracing over relit surfaces, and as it was before."""
+"""Turns on EEVEE's ray tracing over relit surfaces, and turns it back."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Removing all that the extension put on objects, and from the world once nothing needs it."""
+"""Removes all that the extension put on objects, and from the world once nothing needs it."""
 
 from __future__ import annotations
 

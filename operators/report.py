@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How true the bakes are: measured, written as JSON, and shown in the panel."""
+"""Measures how true the bakes are, writes that as JSON, and shows it in the panel."""
 
 import errno
 import json
@@ -71,7 +71,7 @@ class PRT_OT_report(JobOperator, ReportProperties, bpy.types.Operator):
         objects = report.baked_objects(context)
         if "END_TO_END" in self.parts:
             compare.check_pictures(scene, objects)
-        self._light = light = report.read_light(scene)
+        self._light = light = report.read_lighting(scene)
         self._stale = _stale(context, objects)
         self._warn(self._stale)
         self._file = self._path()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From the engine's exceptions to what Blender shows: one sentence, and a cancelled operator."""
+"""Turns the engine's exceptions into what Blender shows: one sentence, and a cancelled operator."""
 
 from __future__ import annotations
 

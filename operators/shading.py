@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The EEVEE shading alone: hook it into materials, or restore them."""
+"""Hooks the EEVEE shading into materials, or restores them."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A bake on several machines: each casts a share of the rays into a common folder, one of them merges the shares."""
+"""Bakes on several machines: each casts a share of the rays into a common folder, one of them merges the shares."""
 
 import time
 from collections.abc import Iterator
@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 import bpy
 from bpy.props import BoolProperty, IntProperty
 
-from ..prt_addon.core.bake.estimate import PROBE, Estimate
+from ..prt_addon.core.bake.estimate import PROBE, ShardEstimate
 from ..prt_addon.core.bake.run import DEFAULT_RUN
 from ..prt_addon.core.bake.shards import PieceFolder, Shard
 from ..prt_addon.core.errors import ShardError
 from ..prt_addon.core.monitor import Work
-from ..prt_addon.core.problem import TraceKey
+from ..prt_addon.core.problem import CASTING, TraceKey
 from ..prt_addon.scene.bake import choose
-from ..prt_addon.scene.bake.freshness import previews
+from ..prt_addon.scene.bake.freshness import preview_notices
 from ..prt_addon.scene.bake.whole_bake import WholeBake
 from ..prt_addon.scene.preferences import engine_patience
 from ..prt_addon.scene.settings import BakeProperties, MemoryProperties, bake_settings, run_settings
@@ -81,12 +81,12 @@ class PRT_OT_bake_shard(ShardOperator, BakeProperties, bpy.types.Operator):
         shard = Shard(self.index, self.count)
         folder = None if self.estimate else self._folder()
         settings = bake_settings(context.scene, self)
-        if settings.mode == "UNSHADOWED":
+        if not settings.casts_rays:
             raise ShardError(
                 "Unshadowed transport needs no rays, so there is nothing to share: use Bake PRT (prt.bake)."
             )
         whole = WholeBake(context, settings)
-        self._say(context, [*whole.plan.notices, *previews(choose.objects_to_bake(context))])
+        self._say(context, [*whole.plan.notices, *preview_notices(choose.objects_to_bake(context))])
         problem = whole.plan.problem
         if folder is None:
             self._reading = time.monotonic() - begun
@@ -110,7 +110,7 @@ class PRT_OT_bake_shard(ShardOperator, BakeProperties, bpy.types.Operator):
             patience=engine_patience(context),
         )
 
-    def _end(self, _context: bpy.types.Context, result: Estimate | None) -> None:
+    def _end(self, _context: bpy.types.Context, result: ShardEstimate | None) -> None:
         assert self._job
         if result:
             for line in _estimated(result, self.count, self._reading):
@@ -129,7 +129,7 @@ class PRT_OT_merge_shards(ShardOperator, WholeBakeOperator, MemoryProperties, bp
     _choices = ("update_light", "update_shading")
 
     def _pieces(self, _context: bpy.types.Context, key: TraceKey) -> PieceFolder | None:
-        if key.mode == "UNSHADOWED":
+        if key.mode not in CASTING:
             raise ShardError(
                 "Unshadowed transport has no shards: use Bake PRT (prt.bake), or choose the mode of the shards."
             )
@@ -138,7 +138,7 @@ class PRT_OT_merge_shards(ShardOperator, WholeBakeOperator, MemoryProperties, bp
         return pieces
 
 
-def _estimated(found: Estimate, count: int, reading: float) -> Iterator[str]:
+def _estimated(found: ShardEstimate, count: int, reading: float) -> Iterator[str]:
     """Sentences about a bake in shards."""
     before = reading + found.preparing
     each = before + found.casting

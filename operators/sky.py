@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A sky for worlds that have none: one of the HDRIs that Blender ships."""
+"""Lights worlds that have no sky by one of the HDRIs that Blender ships."""
 
 from __future__ import annotations
 

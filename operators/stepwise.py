@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What operators have in common whose work is done inside Blender, step by step: behind a live window once their dialog is
-confirmed, to the end from a script."""
+"""Runs work that is done inside Blender, step by step: behind a live window once a dialog is confirmed, to the end from
+a script.
+"""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The transport itself, as colours on the meshes, and off again."""
+"""Shows the transport itself as colours on the meshes, and takes it off again."""
 
 import bpy
 from bpy.props import EnumProperty

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The scene as a web page in which its sky can be turned."""
+"""Writes the scene as a web page in which its sky can be turned."""
 
 from pathlib import Path
 

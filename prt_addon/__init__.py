@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Precomputed radiance transfer: `core` computes, `scene` carries bpy's data in and out of it."""
+"""Computes in `core`, carries bpy's data in and out of it in `scene`, and runs the engine in `worker`."""

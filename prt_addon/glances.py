@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What panels show of the light: looked up when something has changed, and not at each redraw.
+"""Caches what panels show of the light: it is computed when something has changed, and not at each redraw.
 
 With a window it is looked up by a timer, between two redraws; without one, whenever it is drawn. `handlers` says when
 it has to be looked up again.

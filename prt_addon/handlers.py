@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The only owner of `bpy.app.handlers`. What the light follows needs none; these keep pace with what cannot be driven, and
-with what panels show.
+"""Owns all of `bpy.app.handlers`: they keep pace with what cannot be driven, and with what panels show. What drivers
+can follow needs none of them.
 
 A sky whose pictures or nodes have changed is projected again, which may take a second. With a window that waits for the
 pause that follows, in a timer; without one, in scripts and background renders, it is done on the spot. While a window

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""All that is known for as long as Blender runs, and stands in no file: in one place, and cleared in one place."""
+"""Keeps all that is known for as long as Blender runs and stands in no file, and clears it in one place."""
 
 from __future__ import annotations
 

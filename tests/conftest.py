@@ -4,7 +4,8 @@
 import importlib
 
 import pytest
-from handles import WHERE
+
+from tests.handles import WHERE
 
 pytest_plugins = ["failed_pictures"]
 
@@ -52,6 +53,6 @@ def scene(blender):
 @pytest.fixture
 def stage(scene):
     """The stage hands' module, which can be imported once Blender runs."""
-    import stage
+    from tests import stage
 
     return stage

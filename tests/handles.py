@@ -31,6 +31,7 @@ WHERE = {
     "monitor": "core.monitor",
     "nodes": "scene.blender.nodes",
     "notices": "core.notices",
+    "patterns": "scene.material.patterns",
     "panorama": "scene.sky.panorama",
     "preview": "core.sky.preview",
     "problem": "core.problem",

@@ -4,11 +4,12 @@
 import bpy
 import headless
 import numpy as np
-import stage
+import numpy.typing as npt
 
+from tests import stage
 from tests.core.references import order2
 
-_harmonics = {}
+_harmonics: dict[int, npt.NDArray[np.float64]] = {}
 
 
 def render_world(path, height):

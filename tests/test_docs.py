@@ -7,6 +7,7 @@ import sys
 import textwrap
 import tomllib
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -71,7 +72,7 @@ def test_operators_are_documented(blender):
 @pytest.mark.parametrize("document", dict(blocks("python")))
 def test_python_runs(desk, document):
     """The blocks of a document, one after the other."""
-    namespace = {}
+    namespace: dict[str, Any] = {}
     for name, code in blocks("python"):
         if name == document:
             exec(compile(code, name, "exec"), namespace)

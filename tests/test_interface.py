@@ -105,7 +105,9 @@ def test_what_changes_data_can_be_undone(blender, classes):
 def test_what_takes_long_is_not_done_again_by_the_redo_panel(blender, classes):
     """It would show defaults in place of the scene's settings, and work in the foreground at every touch."""
     long = {"prt.bake", "prt.bake_stale", "prt.bake_shard", "prt.merge_shards", "prt.report"}
-    found = {cls.bl_idname: getattr(cls, "bl_options", set()) for cls, _ in operators(blender, classes)}
+    found: dict[str, set[str]] = {
+        cls.bl_idname: getattr(cls, "bl_options", set()) for cls, _ in operators(blender, classes)
+    }
     assert not any("REGISTER" in found[name] for name in long)
 
 

@@ -23,7 +23,7 @@ def no_tracebacks(blender, capfd):
 
 @pytest.fixture
 def stage(scene):
-    import stage
+    from tests import stage
 
     stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
     return stage

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_relight import REOPEN
+
+from tests.test_relight import REOPEN
 
 # Turn of the object, turn of the world, scale. Scale belongs to the bake, the turns come after it.
 PLACES = [

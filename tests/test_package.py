@@ -95,7 +95,7 @@ def test_zips_hold_the_same_extension_and_no_workshop(zips):
 
 def test_installed_zip_brings_its_ray_caster(zips, bare_python, tmp_path, blender):
     """In a fresh profile it bakes every mode, to the bits that the checkout bakes."""
-    import installed
+    from tests import installed
 
     here = {"Linux": "linux", "Windows": "windows", "Darwin": "macos"}[platform.system()]
     machine = "arm64" if platform.machine() in {"arm64", "aarch64"} else "x64"
@@ -110,7 +110,7 @@ def test_installed_zip_brings_its_ray_caster(zips, bare_python, tmp_path, blende
 
 def test_without_a_wheel_the_rest_works(zips, bare_python, tmp_path, blender):
     """Unshadowed transport, light and shading; what needs rays is refused in a sentence that says what to do."""
-    import installed
+    from tests import installed
 
     told, printed = install(bare_python, zips[""], tmp_path)
     assert told["enabled"] and told["relit"] == ["UNSHADOWED"]

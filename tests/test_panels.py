@@ -44,7 +44,7 @@ def drawn(blender):
             preferences=real.preferences,
             region=SimpleNamespace(width=280),
         )
-        said = []
+        said: list[str] = []
         for panel in interface.CLASSES:
             if issubclass(panel, (tab.Tab, properties.Section)) and getattr(panel, "poll", lambda _context: True)(
                 context

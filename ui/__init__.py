@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is seen: the 3D View's PRT tab, panels in Properties, menus. Reads properties and calls operators, nothing else."""
+"""Draws the 3D View's PRT tab, panels in Properties, and menus: reads properties and calls operators, nothing else."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The big button, its progress, and the settings of the bake, the rare ones folded away."""
+"""Draws the big button, its progress, and the settings of the bake, the rare ones folded away."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""File > Import and File > Export: other programs' files, where Blender's users look for them."""
+"""Adds other programs' files to File > Import and File > Export, where Blender's users look for them."""
 
 from __future__ import annotations
 

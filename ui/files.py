@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files of other programs."""
+"""Draws the buttons for files of other programs."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is written of bakes, in the sidebar of File > Export > glTF."""
+"""Draws what is written of bakes, in the sidebar of File > Export > glTF."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The SH light of the world, and the nodes that turn it."""
+"""Draws the SH light of the world, and the nodes that turn it."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Object > PRT: all operators, which F3 finds because they are in a menu; and File > Export > PRT Web Page."""
+"""Adds Object > PRT with all operators, which F3 finds because they are in a menu, and File > Export > PRT Web Page."""
 
 from __future__ import annotations
 

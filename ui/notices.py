@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the last bake had to say, and what can be done about it."""
+"""Draws the messages of the last bake, and buttons for what can be done about them."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Presets of the bake's settings, by Blender's own facility: Draft, Good, Final, and those that people add."""
+"""Offers presets of the bake's settings, by Blender's own facility: Draft, Good, Final, and those that people add."""
 
 from __future__ import annotations
 

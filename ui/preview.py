@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The SH light as a small picture, and what it kept of the sky."""
+"""Draws the SH light as a small picture, and what it kept of the sky."""
 
 from __future__ import annotations
 

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Panels in Render, World and Object properties: what belongs there of the tab, where Blender's users look for it."""
+"""Draws panels in Render, World and Object properties: what belongs there of the tab, where Blender's users look for
+it.
+"""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How true the bakes are: the latest report in a few lines."""
+"""Draws the latest report in a few lines: how true the bakes are."""
 
 from __future__ import annotations
 

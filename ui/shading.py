@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The relit surface in materials, and whether what is baked still holds."""
+"""Draws whether materials are relit, and whether what is baked still holds."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lists the bakes that the last check found stale, above the button that bakes them again."""
+"""Draws the list of bakes that the last check found stale, above the button that bakes them again."""
 
 from __future__ import annotations
 

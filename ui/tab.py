@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The PRT tab of the 3D View's sidebar, which every panel here belongs to."""
+"""Defines the PRT tab of the 3D View's sidebar, which every panel here belongs to."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The transport itself, to be looked at."""
+"""Draws the buttons that show the transport itself."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What can go wrong, as exceptions whose message is one sentence for the person at the desk."""
+"""Defines the exceptions whose message is one sentence for the user: what is wrong, and what to do."""
 
 
 class PRTError(Exception):

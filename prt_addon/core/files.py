@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files: written as wholes or not at all, known by digests, and as room for arrays that memory has none for."""
+"""Writes files whole or not at all, digests data, and keeps arrays in temporary files where memory has no room."""
 
 from __future__ import annotations
 

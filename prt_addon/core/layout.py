@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is stored where: the layers of transport on a mesh, and what each of their four floats means.
+"""Defines how transport is stored: the layers on a mesh, and what each of their four floats means.
 
 RGB of layer i is T_i, all light; alpha is D_i, the part of it that came straight from the sky, which has no colour: what
 bounced is RGB less alpha. Alpha of the first layer is D_0 less 1 where the coefficients are in the scene's axes, less 2 where

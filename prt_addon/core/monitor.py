@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Watching work that takes long: how much is done, and whether it is to go on."""
+"""Watches work that takes long: counts how much is done, and stops it when the user cancels."""
 
 from __future__ import annotations
 

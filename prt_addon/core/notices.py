@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a bake has to say to the person, counted by kind: one sentence for twelve objects, not twelve."""
+"""Collects what a bake reports of objects and materials, and counts it by kind: one sentence for twelve objects."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is to be baked: receivers of several objects, what blocks their light, and the settings."""
+"""Describes what is to be baked: receivers of several objects, what blocks their light, and the settings."""
 
 from __future__ import annotations
 
@@ -35,12 +35,15 @@ MOST_SAMPLES = 1 << 17
 MOST_BOUNCES = 100
 
 CASTING: tuple[Mode, ...] = ("SHADOWED", "INTERREFLECTED")
+"""Modes that cast rays."""
+
 BOUNCING: tuple[Mode, ...] = ("INTERREFLECTED",)
+"""Modes in which light bounces."""
 
 
-def _in(modes: tuple[Mode, ...], default: Any) -> Any:
-    """A setting that matters to some modes."""
-    return field(default=default, metadata={"modes": modes})
+def _in(modes: tuple[Mode, ...], default: Any, changes_rays: bool = False) -> Any:
+    """A setting that matters to some modes; with others that change the rays it is part of the `TraceKey`."""
+    return field(default=default, metadata={"modes": modes, "changes_rays": changes_rays})
 
 
 @dataclass(frozen=True)
@@ -53,22 +56,37 @@ class BakeSettings:
         tolerance: if above 0, bounce until no coefficient changes by as much.
     """
 
-    mode: Mode = "SHADOWED"
-    samples: int = _in(CASTING, 256)
-    seed: int = _in(CASTING, 0)
+    mode: Mode = field(default="SHADOWED", metadata={"modes": get_args(Mode), "changes_rays": True})
+    samples: int = _in(CASTING, 256, changes_rays=True)
+    seed: int = _in(CASTING, 0, changes_rays=True)
     bounces: int = _in(BOUNCING, 3)
     tolerance: float = _in(BOUNCING, 0.0)
 
     @property
     def used(self) -> set[str]:
         """Names of the settings that this bake depends on: in its mode, and beside its tolerance."""
-        names = {one.name for one in fields(self) if self.mode in one.metadata.get("modes", get_args(Mode))}
+        names = {one.name for one in fields(self) if self.mode in one.metadata["modes"]}
         return names - {"bounces"} if self.tolerance > 0.0 else names
+
+    @property
+    def of_rays(self) -> dict[str, Any]:
+        """The settings, by name, that decide what rays are cast."""
+        return {one.name: getattr(self, one.name) for one in fields(self) if one.metadata["changes_rays"]}
+
+    @property
+    def casts_rays(self) -> bool:
+        """Whether anything blocks light."""
+        return self.mode in CASTING
+
+    @property
+    def bounces_light(self) -> bool:
+        """Whether surfaces light each other."""
+        return self.mode in BOUNCING
 
     @property
     def whole_bounces(self) -> float:
         """How many bounces over all hits take as long; about, where a tolerance decides."""
-        if self.mode not in BOUNCING:
+        if not self.bounces_light:
             return 0.0
         bounces = self.bounces if "bounces" in self.used else BakeSettings.bounces
         return 1.0 + (bounces - 1) / THIN if bounces else 0.0
@@ -188,7 +206,7 @@ class Island:
         for group in self.groups:
             parts += [group.points, group.normals, group.edges, group.faces, group.horizons]
         arrays: list[npt.NDArray[Any]] = [np.empty(0) if part is None else part for part in parts]
-        return TraceKey(digest(names, *arrays).hex(), settings.mode, settings.samples, settings.seed, len(self))
+        return TraceKey(digest(names, *arrays).hex(), receivers=len(self), **settings.of_rays)
 
 
 @dataclass(frozen=True)
@@ -224,7 +242,7 @@ class BakeProblem:
     @property
     def casts_rays(self) -> bool:
         """Whether there is anything to trace."""
-        return self.settings.mode in CASTING
+        return self.settings.casts_rays
 
     @property
     def work(self) -> Work:
@@ -235,8 +253,7 @@ class BakeProblem:
     @property
     def trace_key(self) -> TraceKey:
         """What its rays find is known by."""
-        settings = self.settings
-        return TraceKey(self.fingerprint, settings.mode, settings.samples, settings.seed, self.receivers)
+        return TraceKey(self.fingerprint, receivers=self.receivers, **self.settings.of_rays)
 
     def numbered(self) -> Iterator[tuple[Island, int, int]]:
         """The islands, each with the numbers of its first group and of its first receiver."""

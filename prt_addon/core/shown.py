@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the shader shows of transport under a light, in NumPy: the node group's formula (`scene.shading.relight_group`)."""
+"""Computes what the shader shows of transport under a light, by the node group's formula
+(`scene.shading.relight_group`).
+"""
 
 from __future__ import annotations
 

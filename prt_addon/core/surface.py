@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What surfaces are like where a ray hits them: which share of the light they return, and which they let through.
+"""Looks up what a surface is like where a ray hits it: which share of the light it returns, and which it stops.
 
 A triangle has one value, unless a pattern covers it: a texture, or values at its corners. The lookup is per hit and not
 per triangle, because a floor of two triangles may carry a whole picture.

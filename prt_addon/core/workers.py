@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Chunks of work on a thread pool, watched, and with a stop that takes effect within a chunk."""
+"""Runs chunks of work on a thread pool that reports to a monitor and stops within a chunk."""
 
 from __future__ import annotations
 

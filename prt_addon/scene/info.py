@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What somebody who is to help needs to know: versions, settings, light, bakes, and what was said last. As text."""
+"""Writes what somebody who helps needs to know as text: versions, settings, light, bakes, and the last messages."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The extension's preferences: what belongs to the person and the machine, and to no file."""
+"""Defines the extension's preferences: what belongs to the user and the machine, and to no file."""
 
 from __future__ import annotations
 

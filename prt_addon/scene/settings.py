@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Settings, defined once: as a scene's property group, and as the properties of the operators that use them."""
+"""Defines the settings once: as a scene's property group, and as the properties of the operators that use them."""
 
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The engine in a process of its own.
+"""Runs the engine in a process of its own.
 
 Blender allows no thread that outlives a call, and a crash of the ray caster must not take an unsaved file with it. So
 `core` runs in a child of Blender's own Python:

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Messages between Blender and the engine's process: pickles whose arrays travel beside them, a block at a time.
+"""Carries messages between Blender and the engine's process: pickles whose arrays travel beside them, a block at a
+time.
 
 An array is never copied into a pickle (protocol 5, PEP 574). Messages are cut into blocks, so that whoever must not wait can
 send and receive for some milliseconds and go on later.

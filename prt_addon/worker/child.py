@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The program of the engine's process: `python -I child.py HANDLE SECONDS FOLDER...`.
+"""Runs as the engine's process: `python -I child.py HANDLE SECONDS FOLDER...`.
 
 HANDLE is its end of the connection to Blender, inherited; SECONDS is how long it waits for the first job. The folders hold the extension's `prt_addon`, embreex and NumPy:
 they are set here because `-I` keeps out all that a person's own Python may have set up.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The engine's process as Blender sees it: a child of Blender's own Python, one at most, started when a job needs it."""
+"""Starts the engine's process when a job needs it, and ends it: a child of Blender's own Python, one at most."""
 
 from __future__ import annotations
 

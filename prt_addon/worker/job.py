@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One piece of work for the engine: started, watched, cancelled, and its result taken. One at a time.
+"""Starts, watches and cancels one piece of work for the engine, and takes its result. One at a time.
 
 What runs lives here and not in the file, so that no file can be stuck in a bake.
 """

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The engine's side of the conversation: reads a job, carries it out, answers; ends when Blender has, or has sent nothing for a while.
+"""Serves jobs in the engine's process: reads one, carries it out, answers; ends when Blender does, or has sent nothing
+for a while.
 
 Blender sends `Job`s, one at a time, and while one is carried out `Continue` and `Cancel`. The engine answers `READY` once, then to
 each job `Progress` now and then, perhaps something `Shown`, and last `Result` or `Failure`. A `Progress` is sent once the

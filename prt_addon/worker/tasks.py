@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the engine's process can be asked to do. Each task takes its arguments, and last how it is carried out."""
+"""Defines the tasks of the engine's process. Each takes its arguments, and last how it is carried out."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..core.bake import bake as core_bake
 from ..core.bake import estimate as core_estimate
 from ..core.bake.bake import BakeResult
 from ..core.bake.cache import KeptScenes
-from ..core.bake.estimate import Estimate
+from ..core.bake.estimate import ShardEstimate
 from ..core.bake.previews import previews
 from ..core.bake.run import Run
 from ..core.bake.shards import Shard
@@ -21,7 +21,7 @@ from ..core.monitor import Work
 from ..core.problem import BakeProblem
 from ..core.report.findings import Effort, Findings, find
 from ..core.report.heat import receiver_errors
-from ..core.report.subject import Light, Subject
+from ..core.report.subject import Lighting, Subject
 from ..core.workers import uncounted
 
 Float64 = npt.NDArray[np.float64]
@@ -45,7 +45,7 @@ def shard(problem: BakeProblem, share: Shard, run: Run) -> None:
     core_bake.trace_shard(problem, share, run)
 
 
-def estimate(problem: BakeProblem, count: int, run: Run) -> Estimate:
+def estimate(problem: BakeProblem, count: int, run: Run) -> ShardEstimate:
     """What a bake in so many shards will take: `core.bake.estimate.estimate`."""
     return core_estimate.estimate(problem, count, run)
 
@@ -63,7 +63,7 @@ class Measured:
 
 
 def measure(
-    subjects: Sequence[Subject], light: Light, effort: Effort, at_points: bool, at_receivers: bool, run: Run
+    subjects: Sequence[Subject], light: Lighting, effort: Effort, at_points: bool, at_receivers: bool, run: Run
 ) -> list[Measured]:
     """Measure baked objects, at points of their surfaces, at their receivers, or at both. An object counts as one ray."""
     watching = uncounted(run.workers)  # how many rays a report takes is not known beforehand

@@ -12,6 +12,7 @@ from prt_addon.core.transport.gather import Gather
 from prt_addon.core.transport.hits import trace
 from prt_addon.core.transport.raycast import RayScene
 
+Scene = tuple[list[ReceiverGroup], Occluders]
 SETTINGS = BakeSettings("INTERREFLECTED", samples=64, seed=3)
 
 
@@ -26,7 +27,7 @@ def panel(origin, right, up, count):
     return points, normals, np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
 
 
-def scene_of(panels, colours):
+def scene_of(panels, colours) -> Scene:
     """Groups, one per panel, and occluders whose corners show their own vertices."""
     groups = [ReceiverGroup(f"panel {i}", points, normals, 2.0) for i, (points, normals, _) in enumerate(panels)]
     first = np.cumsum([0, *(len(group) for group in groups)])
@@ -36,7 +37,7 @@ def scene_of(panels, colours):
     return groups, Occluders(vertices, triangles.astype(np.int32), triangles.astype(np.int64), Albedo(constant))
 
 
-def corner(count, colours=((0.8, 0.8, 0.8), (0.8, 0.1, 0.1), (0.6, 0.6, 0.6))):
+def corner(count, colours=((0.8, 0.8, 0.8), (0.8, 0.1, 0.1), (0.6, 0.6, 0.6))) -> Scene:
     """A white floor, a red wall that stands off it by a gap, and an overhang that looks down."""
     return scene_of(
         [
@@ -48,7 +49,7 @@ def corner(count, colours=((0.8, 0.8, 0.8), (0.8, 0.1, 0.1), (0.6, 0.6, 0.6))):
     )
 
 
-def room(count):
+def room(count) -> Scene:
     """A white room with a slit in the lid: nearly all light has bounced often."""
     floor, lid = panel((-1, -1, 0), (2, 0, 0), (0, 2, 0), count), panel((-1, -1, 2), (0, 2, 0), (1.1, 0, 0), count)
     walls = [

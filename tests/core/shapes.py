@@ -2,6 +2,9 @@
 """Meshes as (vertices, triangles), counter-clockwise seen from outside or from above."""
 
 import numpy as np
+import numpy.typing as npt
+
+Mesh = tuple[npt.NDArray[np.float64], npt.NDArray[np.int32]]
 
 
 def icosphere(subdivisions):
@@ -82,7 +85,7 @@ def disc(radius, height, sides=360):
     return np.concatenate([rim, [[0.0, 0.0, height]]]), fan.astype(np.int32)
 
 
-def joined(*meshes):
+def joined(*meshes) -> Mesh:
     """Several meshes as one."""
     starts = np.cumsum([0, *(len(vertices) for vertices, _ in meshes)])
     triangles = [triangles + start for (_, triangles), start in zip(meshes, starts[:-1], strict=True)]

@@ -50,4 +50,9 @@ def test_a_trace_is_known_by_what_its_rays_depend_on():
         Island(groups[1:], occluders),
     ):
         assert other.trace_key(settings) != key
-    assert island.trace_key(replace(settings, seed=9)) != key
+    for others in (
+        replace(settings, seed=9),
+        replace(settings, samples=128),
+        replace(settings, mode="SHADOWED"),
+    ):
+        assert island.trace_key(others) != key

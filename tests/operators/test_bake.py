@@ -7,7 +7,7 @@ import pytest
 
 @pytest.fixture
 def stage(scene):
-    import stage
+    from tests import stage
 
     stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
     return stage

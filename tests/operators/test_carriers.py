@@ -10,7 +10,7 @@ BAKE = {"mode": "SHADOWED", "samples": 64}
 
 @pytest.fixture
 def stage(scene):
-    import stage
+    from tests import stage
 
     stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
     return stage

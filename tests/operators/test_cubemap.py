@@ -131,7 +131,7 @@ def test_light_is_what_blender_shows(blender, part, scene, stage, tmp_path, sky)
     The bound is 1e-3 of the largest coefficient: Cycles interpolates between texels, which blurs a sun of one texel by
     1e-4 at this size.
     """
-    import panorama
+    from tests import panorama
 
     faces = photographic(part) if sky == "photographic" else hot_texel(sky)
     blender.ops.prt.import_cubemap(directory=str(write_float(stage, tmp_path / "Sky", faces)))

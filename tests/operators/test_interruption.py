@@ -19,7 +19,7 @@ NOT_SOON = 1 << 16  # samples
 
 @pytest.fixture
 def stage(scene):
-    import stage
+    from tests import stage
 
     stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
     return stage
@@ -122,7 +122,7 @@ def longest_step(job):
 
 def least(measure, limit, tries=6):
     """The least of some measurements: a busy machine makes single ones long, what they are of makes all long."""
-    found = []
+    found: list[float] = []
     while len(found) < tries and (not found or min(found) >= limit):
         found.append(measure())
     return min(found)
@@ -364,7 +364,8 @@ def test_ctrl_c_in_a_script(blender, part, stage, small, tmp_path, operator, pre
 
 def test_ctrl_c_between_keyframes(blender, stage, small):
     """The light is projected before anything is written: no keyframe, no mark, the scene at its frame."""
-    scene, pressed = blender.context.scene, []
+    scene = blender.context.scene
+    pressed: list[bool] = []
 
     def press(*_):
         if scene.frame_current == 3 and not pressed:

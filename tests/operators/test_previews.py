@@ -10,13 +10,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.recording import recording
+
 SAMPLES = 1024
 LONG = 1 << 16
 
 
 @pytest.fixture
 def stage(scene):
-    import stage
+    from tests import stage
 
     return stage
 
@@ -91,9 +93,10 @@ def modal(blender, part):
 @pytest.fixture
 def shown(part, monkeypatch):
     """The rays per receiver of each preview that is shown."""
-    whole, seen = part("whole_bake").WholeBake, []
-    show = whole.show
-    monkeypatch.setattr(whole, "show", lambda *rest: seen.append(rest[2].settings.samples) or show(*rest))
+    whole = part("whole_bake").WholeBake
+    seen: list[int] = []
+    rays = recording(whole.show, seen, of=lambda *arguments: arguments[2].settings.samples)
+    monkeypatch.setattr(whole, "show", rays)
     return seen
 
 

@@ -22,7 +22,7 @@ def pixels_of(image):
 
 def test_picture_beside_the_sky(blender, part, scene, stage, sky, tmp_path):
     """Left what Cycles shows of the world, right what is stored; the sky is of order 2, so that both are the same."""
-    import panorama
+    from tests import panorama
 
     blender.ops.prt.show_light(kind="PICTURE")
     image = blender.data.images["PRT Light of Sky"]
@@ -48,7 +48,7 @@ def test_picture_is_put_where_it_can_be_seen(blender, sky, capfd):
 @pytest.mark.slow
 def test_picture_of_any_nodes(blender, part, scene, stage, tmp_path):
     """A gradient, which only Blender can evaluate, is on the left as Cycles shows it."""
-    import panorama
+    from tests import panorama
 
     world, _ = stage.environment(None, strength=1.5)
     tree = world.node_tree

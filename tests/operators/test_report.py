@@ -7,6 +7,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from tests.core import skies
+
 WITH_SUN = {"city", "interior", "night", "sunrise", "sunset"}
 WITHOUT = {"courtyard", "studio"}
 FEW = {"points": 64, "paths": 32}
@@ -164,6 +166,21 @@ def test_coarse_surroundings_are_blamed(blender, stage, report, sky):
     blender.ops.prt.bake(mode="INTERREFLECTED", samples=256)
     finer = report()
     assert "rest" not in finer["all"]["advice"] and value(finer, "total") < 0.5 * value(document, "total")
+
+
+def test_sun_of_closed_form(blender, stage, report):
+    """A disc in a grey sky, turned and scaled, over a lone ball: its share, and what order 2 loses of it."""
+    pixels = skies.with_disc(256, (1.0, 2.0, 0.5), 0.01, 1e5)
+    _, mapping = stage.environment(stage.picture("Sun", pixels), strength=0.7)
+    mapping.inputs["Rotation"].default_value = (0.4, -0.9, 2.3)
+    stage.object_of("Ball", stage.icosphere(4), stage.diffuse()).select_set(True)
+    blender.ops.prt.bake(mode="SHADOWED", samples=64)
+    document = report(points=2048, paths=64, parts={"TRUNCATION"})
+    assert document["suns"]["share_of_light"] == pytest.approx(skies.share_of_disc(0.01, 1e5), rel=0.01)
+    coarse = skies.with_disc(64, (1.0, 2.0, 0.5), 0.01, 1e5)  # sends the same to a surface
+    for order, wanted in skies.losses(coarse, coarse, (1, 2, 4)).items():
+        found = document["all"]["truncation"]["by_order"][str(order)]
+        assert found["low"] < wanted < found["high"], order
 
 
 @pytest.mark.parametrize(

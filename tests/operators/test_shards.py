@@ -14,7 +14,7 @@ OPTIONS = {"samples": 48, "bounces": 2, "seed": 4}
 @pytest.fixture
 def stage(scene):
     """A floor, two balls of one mesh's shape, and a cube that is baked for itself."""
-    import stage
+    from tests import stage
 
     stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
     grey, red = stage.diffuse("Grey", (0.7, 0.7, 0.7)), stage.diffuse("Red", (0.9, 0.1, 0.1))

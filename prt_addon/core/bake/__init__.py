@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One bake from arrays to arrays: previewed, traced, cached, cut into shards, bounced."""
+"""Bakes from arrays to arrays: previews, traces and their cache, shards, bounces."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One bake from arrays to arrays: unshadowed, shadowed or interreflected, whole or the share of one machine."""
+"""Bakes a problem from arrays to arrays: unshadowed, shadowed or interreflected, whole or the shard of one machine."""
 
 from __future__ import annotations
 
@@ -90,11 +90,11 @@ def _overlap(span: slice, first: int, count: int) -> slice:
 
 def _bake_island(island: Island, settings: BakeSettings, run: Run) -> BakeResult:
     """The result for its groups, counted from 0."""
-    if not len(island) or settings.mode == "UNSHADOWED":
+    if not len(island) or not settings.casts_rays:
         check_finite(island.groups)
         direct = [unshadowed(group.normals, workers=run.workers) for group in island.groups]
         return BakeResult(direct, direct, [])
-    if settings.mode == "SHADOWED":
+    if not settings.bounces_light:
         traced = trace_island(island, settings, run)
         direct = _split(traced.direct, traced.sizes)
         return BakeResult(direct, direct, traced.findings)

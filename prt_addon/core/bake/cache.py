@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is kept: traces within a session, so that another colour or number of bounces needs no new rays; ray casters within a bake."""
+"""Keeps traces for a session, so that other colours or bounces need no new rays, and ray casters for as long as a bake."""
 
 from __future__ import annotations
 

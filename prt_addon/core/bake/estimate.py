@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a bake in shards will take on this machine: counted, and for its speed measured on a few of its rays."""
+"""Estimates what a bake in shards takes on this machine: counts the work, and times a few of its rays."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..problem import BOUNCING, BakeProblem, Island
+from ..problem import BakeProblem, Island
 from ..sphere import sh
 from .run import Run
 from .shards import Shard
@@ -27,7 +27,7 @@ _HIT = 8
 
 
 @dataclass(frozen=True)
-class Estimate:
+class ShardEstimate:
     """What a bake in shards takes, on the machine that this was measured on.
 
     Attributes:
@@ -51,7 +51,7 @@ class Estimate:
     merging_memory: int
 
 
-def estimate(problem: BakeProblem, count: int, run: Run) -> Estimate:
+def estimate(problem: BakeProblem, count: int, run: Run) -> ShardEstimate:
     """Of a bake in so many shards; the mode must cast rays.
 
     The speed is that of receivers which lie evenly in the island that has most of them.
@@ -62,12 +62,12 @@ def estimate(problem: BakeProblem, count: int, run: Run) -> Estimate:
     """
     spans = [Shard(index, count).span(problem.receivers) for index in (0, count - 1)]
     receivers = max(span.stop - span.start for span in spans)
-    samples, bounces = problem.settings.samples, problem.settings.mode in BOUNCING
+    samples, bounces = problem.settings.samples, problem.settings.bounces_light
     preparing, per_ray, hits = _measured(max(problem.islands, key=len), problem, run)
     triangles = sum(len(island.occluders.triangles) for island in problem.islands)
     resident = _ENGINE + _PER_RECEIVER * problem.receivers + _PER_TRIANGLE * triangles
     all_hits = round(_HIT * hits * samples * problem.receivers)
-    return Estimate(
+    return ShardEstimate(
         receivers,
         samples * receivers,
         preparing,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One piece of a bake in a file, and reading it back: nothing in it is believed unchecked.
+"""Writes a piece of a bake to a file, and reads it back with all that the file claims checked.
 
 The file is an archive of arrays as `numpy.savez` writes them, uncompressed. Sizes, types and shapes are looked at before
 anything is read, so that no file takes more memory than it is large.

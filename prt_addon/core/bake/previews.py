@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Previews: bakes of few rays and one bounce that are shown while the whole bake goes on, and that it does not depend on.
+"""Bakes previews: few rays and one bounce, shown while the whole bake goes on, which they do not change by a bit.
 
 Each has four times the rays of the one before, which leaves about a third of its noise. Receivers inside other geometry
 are not mended in them: that takes as long whatever the number of rays.

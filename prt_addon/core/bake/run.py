@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How a bake is carried out, which its result does not depend on."""
+"""Holds what a bake is carried out with, and its result does not depend on: threads, memory, caches, a folder of
+pieces.
+"""
 
 from __future__ import annotations
 

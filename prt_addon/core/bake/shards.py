@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Traced pieces of a bake in a folder: what a bake that was stopped resumes from, and what its shards consist of.
+"""Stores traced pieces of a bake in a folder: a bake that was stopped resumes from them, and shards are merged from
+them.
 
 A piece is what the rays of consecutive receivers found. That is a function of the scene, the samples, the seed and the
 receivers alone, so that pieces join to the same bits wherever they are cut. So do those of several machines with the same

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The rays of a bake: cast piece by piece, and what they found told and mended where receivers are buried."""
+"""Casts the rays of a bake, piece by piece, and mends what receivers inside other geometry get."""
 
 from __future__ import annotations
 
@@ -144,7 +144,7 @@ class Caster:
         """What the rays of some receivers find; uncounted, nobody who watches sees how many."""
         settings, workers = self._settings, self._run.workers if counted else uncounted(self._run.workers)
         rays = self.scene, receivers, settings.samples, settings.seed
-        if settings.mode == "SHADOWED":
+        if not settings.bounces_light:
             return Found(shadowed(*rays, workers), None)
         return Found(*trace(*rays, self._returns, workers))
 

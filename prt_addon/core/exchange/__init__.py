@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files of other programs."""
+"""Reads and writes files of other programs."""

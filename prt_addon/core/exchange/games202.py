@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The text files of the GAMES202 course's WebGL framework: `light.txt` and `transport.txt`.
+"""Reads and writes the text files of the GAMES202 course's WebGL framework: `light.txt` and `transport.txt`.
 
 Both hold nine coefficients in the course's convention: Condon-Shortley signs, and the pole of the harmonics on the z
 axis of a world whose y axis is up. What goes in and comes out here is in ours: no such sign, Blender's axes.

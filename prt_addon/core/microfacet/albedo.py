@@ -23,7 +23,7 @@ _POINTS = 128
 
 
 @dataclass(frozen=True)
-class Albedo:
+class DirectionalAlbedo:
     """What rough mirrors return: `scale * F0 + bias`. Arrays of one shape, each in [0, 1]."""
 
     scale: Array
@@ -36,7 +36,7 @@ class Albedo:
 
 
 @dataclass(frozen=True)
-class Estimate:
+class SampledMean:
     """A mean of random samples, its standard error, and the variance of one sample."""
 
     value: float
@@ -44,13 +44,13 @@ class Estimate:
     variance: float
 
     @classmethod
-    def of(cls, samples: Array) -> Estimate:
+    def of(cls, samples: Array) -> SampledMean:
         """Of (S,) independent samples, S > 1."""
         variance = float(samples.var(ddof=1))
         return cls(float(samples.mean()), float(np.sqrt(variance / len(samples))), variance)
 
 
-def by_uniform_sampling(mu: float, roughness: float, samples: int, seed: int = 0) -> Estimate:
+def by_uniform_sampling(mu: float, roughness: float, samples: int, seed: int = 0) -> SampledMean:
     """E from directions that are uniform over the hemisphere: `mean(2 pi f cos_in)`. Poor where the lobe is narrow.
 
     Args:
@@ -66,10 +66,10 @@ def by_uniform_sampling(mu: float, roughness: float, samples: int, seed: int = 0
     along, around = np.random.default_rng(seed).random((2, samples))
     incoming = _direction(1.0 - along, 2.0 * np.pi * around)
     brdf = single_scattering(_outgoing(mu), incoming, alpha_of(roughness))
-    return Estimate.of(2.0 * np.pi * brdf * incoming[:, 2])
+    return SampledMean.of(2.0 * np.pi * brdf * incoming[:, 2])
 
 
-def by_ggx_sampling(mu: float, roughness: float, samples: int, seed: int = 0) -> Estimate:
+def by_ggx_sampling(mu: float, roughness: float, samples: int, seed: int = 0) -> SampledMean:
     """E from normals drawn with density `D cos_half`, each the mirror of one ray. Arguments as above.
 
     The density of directions is that of normals over `4 cos`, cos between the ray and a facet's normal, so that
@@ -83,10 +83,10 @@ def by_ggx_sampling(mu: float, roughness: float, samples: int, seed: int = 0) ->
     cos_in = 2.0 * cosine * half[:, 2] - mu
     returned = (cosine > 0.0) & (cos_in > 0.0)
     seen = masking_shadowing(mu, np.where(returned, cos_in, 1.0), alpha)
-    return Estimate.of(np.where(returned, seen * cosine / (mu * half[:, 2]), 0.0))
+    return SampledMean.of(np.where(returned, seen * cosine / (mu * half[:, 2]), 0.0))
 
 
-def by_quadrature(mu: npt.ArrayLike, roughness: npt.ArrayLike, points: int = _POINTS) -> Albedo:
+def by_quadrature(mu: npt.ArrayLike, roughness: npt.ArrayLike, points: int = _POINTS) -> DirectionalAlbedo:
     """A and B by a product rule over the normals that are visible.
 
     Args:
@@ -104,7 +104,7 @@ def by_quadrature(mu: npt.ArrayLike, roughness: npt.ArrayLike, points: int = _PO
         weight, grazing = _visible(cosines[place], alphas[place], along, around)
         found[(0, *place)] = weights @ (weight * (1.0 - grazing)).mean(axis=1) / 2.0
         found[(1, *place)] = weights @ (weight * grazing).mean(axis=1) / 2.0
-    return Albedo(*found)
+    return DirectionalAlbedo(*found)
 
 
 def _visible(mu: float, alpha: float, along: Array, around: Array) -> tuple[Array, Array]:

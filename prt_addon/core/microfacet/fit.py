@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The albedo of rough mirrors as polynomials, for shaders, which have no tables.
+"""Approximates the albedo of rough mirrors by polynomials, for shaders, which have no tables.
 
 Fitted to `albedo.by_quadrature` by least squares, reweighted until the largest error was smallest.
 """

@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 import numpy.typing as npt
 
-from .albedo import Albedo, by_quadrature
+from .albedo import DirectionalAlbedo, by_quadrature
 
 Array = npt.NDArray[np.float64]
 
@@ -29,12 +29,14 @@ class EnergyTable:
     """
 
     steps: Array
-    albedo: Albedo
+    albedo: DirectionalAlbedo
     average: Array
 
-    def at(self, mu: npt.ArrayLike, roughness: npt.ArrayLike) -> Albedo:
+    def at(self, mu: npt.ArrayLike, roughness: npt.ArrayLike) -> DirectionalAlbedo:
         """Interpolated linearly in both, both in [0, 1]; shapes broadcast."""
-        return Albedo(*(self._read(values, roughness, mu) for values in (self.albedo.scale, self.albedo.bias)))
+        return DirectionalAlbedo(
+            *(self._read(values, roughness, mu) for values in (self.albedo.scale, self.albedo.bias))
+        )
 
     def average_at(self, roughness: float | Array) -> Array:
         """E_avg, interpolated linearly."""

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How true a bake is: its error, measured at random points of the surface and split into parts one can act on."""
+"""Measures how true a bake is: its error at random points of the surface, split into parts that one can act on."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What to do about each part of the error, in one line."""
+"""Says in one line what to do about each part of the error."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The report as plain data, as JSON holds it: numbers with their intervals, and a line of advice for each part."""
+"""Writes a report as plain data for JSON: numbers with their intervals, and a line of advice for each part."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Collection, Sequence
 from math import isfinite
 from typing import Any
 
+from ..problem import BOUNCING
 from .advice import about_pictures, about_rest, about_sampling, about_seams, about_tessellation, about_truncation
 from .findings import Findings
 from .measures import CONVERGED, Estimate
@@ -53,7 +54,7 @@ def _about(one: Findings) -> Json:
 
 
 def _numbers(found: Sequence[Findings], parts: Collection[str]) -> Json:
-    numbers: Json = {"total": _total(total(found)), "seams": {"relative_rms": estimate(seams(found).relative_rms)}}
+    numbers: Json = {"total": _total(total(found)), "seams": {"relative_rms": with_interval(seams(found).relative_rms)}}
     if "SAMPLING" in parts:
         numbers["sampling"] = _sampling(sampling(found))
     if "TRUNCATION" in parts:
@@ -72,7 +73,7 @@ def _advice(found: Sequence[Findings], suns: float, parts: Collection[str], lamp
         "TESSELLATION": about_tessellation(bend, max(errors[:2])),
     }
     told: Json = {part.lower(): line for part, line in lines.items() if part in parts}
-    bounces = any(one.mode == "INTERREFLECTED" for one in found)
+    bounces = any(one.mode in BOUNCING for one in found)
     sunk = seams(found)
     if at_seams := about_seams(sunk, max(errors)):
         told["seams"] = at_seams
@@ -83,23 +84,23 @@ def _advice(found: Sequence[Findings], suns: float, parts: Collection[str], lamp
 
 
 def _total(part: Total) -> Json:
-    return {"relative_rms": estimate(part.relative_rms), "bias": estimate(part.bias)}
+    return {"relative_rms": with_interval(part.relative_rms), "bias": with_interval(part.bias)}
 
 
 def _sampling(part: Sampling) -> Json:
-    return {"relative_rms": estimate(part.relative_rms), "percentile_95": estimate(part.percentile_95)}
+    return {"relative_rms": with_interval(part.relative_rms), "percentile_95": with_interval(part.percentile_95)}
 
 
 def _tessellation(part: Tessellation) -> Json:
     shares = {name: _plain(share) for name, share in part.shares.items()}
-    return {"relative_rms": estimate(part.relative_rms), "share_of_squared_error": shares}
+    return {"relative_rms": with_interval(part.relative_rms), "share_of_squared_error": shares}
 
 
 def _truncation(part: Truncation) -> Json:
     return {
-        "relative_rms": estimate(part.relative_rms),
-        "by_order": {str(order): estimate(one) for order, one in part.by_order.items()},
-        "without_suns": estimate(part.without_suns) if part.without_suns else None,
+        "relative_rms": with_interval(part.relative_rms),
+        "by_order": {str(order): with_interval(one) for order, one in part.by_order.items()},
+        "without_suns": with_interval(part.without_suns) if part.without_suns else None,
         "reference_interval": _plain(part.reference_interval),
         "reference_converged": part.reference_interval <= CONVERGED,
     }
@@ -108,9 +109,9 @@ def _truncation(part: Truncation) -> Json:
 def picture_report(found: PictureDifference, flip: float | None) -> Json:
     """A comparison of pictures."""
     return {
-        "relative_rms": estimate(found.relative_rms),
-        "bias": estimate(found.bias),
-        "percentile_95": estimate(found.percentile_95),
+        "relative_rms": with_interval(found.relative_rms),
+        "bias": with_interval(found.bias),
+        "percentile_95": with_interval(found.percentile_95),
         "pixels": found.pixels,
         "flip": None if flip is None else _plain(flip),
         "note": None if flip is not None else "FLIP was left out: flip-evaluator is not installed for this Python.",
@@ -126,7 +127,7 @@ def advice_lines(document: Json) -> list[str]:
     return lines
 
 
-def estimate(number: Estimate) -> Json:
+def with_interval(number: Estimate) -> Json:
     """A number and its interval; null where there was nothing to measure."""
     return {"value": _plain(number.value), "low": _plain(number.low), "high": _plain(number.high)}
 

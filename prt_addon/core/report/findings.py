@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One object measured: everything that the parts of a report are made of, at random points of its surface."""
+"""Measures one object at random points of its surface: all that the parts of a report are computed from."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .fresh import fresh_transport
 from .measures import CONVERGED, reference_interval
 from .path_tracer import trace_light
 from .points import SurfacePoints, areas, scatter
-from .subject import ORDERS, Light, Subject, clamped, dot
+from .subject import ORDERS, Lighting, Subject, clamped, dot
 
 Float64 = npt.NDArray[np.float64]
 
@@ -82,7 +82,7 @@ class Findings:
         return float(self.weights.sum())
 
 
-def find(subject: Subject, light: Light, effort: Effort, workers: Workers = ALL_CORES) -> Findings:
+def find(subject: Subject, light: Lighting, effort: Effort, workers: Workers = ALL_CORES) -> Findings:
     """Cast the rays: at each point those of two bakes like the stored one, and those of two path tracers."""
     surface = float(areas(subject.corners).sum())
     points = scatter(subject.corners, subject.corner_receiver, subject.group.normals, effort.points, effort.seed)
@@ -124,7 +124,7 @@ def find(subject: Subject, light: Light, effort: Effort, workers: Workers = ALL_
 
 
 def _truth(
-    subject: Subject, light: Light, points: SurfacePoints, weights: Float64, effort: Effort, workers: Workers
+    subject: Subject, light: Lighting, points: SurfacePoints, weights: Float64, effort: Effort, workers: Workers
 ) -> tuple[Float64, Float64]:
     """Two independent traces, radiance (2, n, P, 3) and transport (2, n, K, 3), of as many paths as it takes."""
     scene = subject.scenery.scene if subject.casts_rays else None

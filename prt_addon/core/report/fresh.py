@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Transport baked anew, at whatever points, with as many rays as the bake had and in another pattern of noise.
+"""Bakes transport anew at any points, with as many rays as the bake had and with noise that is independent of its
+noise.
 
 Two such replicates, independent of each other and of what is stored, are what sampling and tessellation are measured
 with. Halving one bake's own set of rays would not do: its points are spread so evenly that half of them leave more than
@@ -42,7 +43,7 @@ def fresh_transport(
     if not subject.casts_rays:
         return unshadowed(receivers.normals)[:, :, None]
     albedo = scenery.occluders.albedo
-    if settings.mode != "INTERREFLECTED" or albedo is None:
+    if not settings.bounces_light or albedo is None:
         return shadowed(scenery.scene, receivers, samples, seed, workers)[:, :, None]
     corner = scenery.corner_receiver
     direct, hits = trace(scenery.scene, receivers, samples, seed, (corner >= 0).any(axis=1), workers)

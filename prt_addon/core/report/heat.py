@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The error at every receiver, for a map of where it sits."""
+"""Computes the error at every receiver, for a map of where it sits."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy.typing as npt
 from ..workers import ALL_CORES, Workers
 from .findings import INSIDE
 from .path_tracer import trace_light
-from .subject import Light, Subject, clamped, dot
+from .subject import Lighting, Subject, clamped, dot
 
 Float64 = npt.NDArray[np.float64]
 
@@ -17,7 +17,7 @@ PATHS = 128
 """Per receiver: leaves a few percent of noise, which a map may show."""
 
 
-def receiver_errors(subject: Subject, light: Light, seed: int, workers: Workers = ALL_CORES) -> Float64:
+def receiver_errors(subject: Subject, light: Lighting, seed: int, workers: Workers = ALL_CORES) -> Float64:
     """(N,) by how much each receiver is too bright, mean of the channels, as a share of the object's true RMS.
 
     Receivers inside other geometry, which nobody sees, get zero.

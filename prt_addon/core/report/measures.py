@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What "error" means, defined once for every part of a report.
+"""Defines what "error" means, once for every part of a report.
 
 The error is in radiance: what a white surface shows under the world as it is turned now, in linear light. It is
 measured at random points of the surface, every square metre counting alike, and related to the root mean square of

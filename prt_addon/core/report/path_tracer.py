@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The light that really arrives: paths traced to the sky in full resolution, without spherical harmonics.
+"""Traces paths to the sky in full resolution, without spherical harmonics: the light that really arrives.
 
 The question is the bake's own: white Lambertian receivers, shading normals, fronts that return light by their
 albedo, as many bounces. Each vertex of a path looks for the sky twice, along a direction drawn by the sky's brightness

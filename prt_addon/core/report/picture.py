@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Two pictures of one thing: how far they are apart in linear light, and to the eye."""
+"""Compares two pictures of one scene, in linear light and as the eye sees them."""
 
 from __future__ import annotations
 

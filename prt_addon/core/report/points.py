@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Random points of a surface, every square metre with the same chance."""
+"""Draws random points of a surface, every square metre with the same chance."""
 
 from __future__ import annotations
 

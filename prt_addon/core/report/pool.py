@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Points of several objects as one surface."""
+"""Pools the points of several objects, as if these were one surface."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The part of the error that more samples take away: the noise of a bake's own rays.
+"""Measures the part of the error that more samples take away: the noise of a bake's own rays.
 
 Seen on the surface, between vertices, where the shader averages the noise of three receivers: at the vertices themselves
 it is about 1.4 times as large.

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The part of the error that sits where meshes sink into one another: on faces with a corner inside other geometry.
+"""Measures the part of the error at seams, where meshes sink into one another: on faces with a corner inside other
+geometry.
 
 It is a share of the whole error by place, and not by cause: what it holds is in no other part, as these look at such faces
 without their covered corners.

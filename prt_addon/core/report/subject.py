@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a report is about: a baked surface, all that shades it, and the light it is looked at in."""
+"""Describes what a report judges: a baked surface, all that shades it, and the light that falls on it."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ ORDERS = (1, 2, 3, 4, 5, 6)
 _PATIENCE = 16  # bounces traced where a bake went on until its tolerance: less than 3 % of an albedo of 0.8 is left
 
 
-class Light:
+class Lighting:
     """The light on the world: the sky as it is, and what the shader is given of it."""
 
     def __init__(self, picture: Float32, turn: Float64, stored: Float64) -> None:
@@ -146,7 +146,7 @@ class Subject:
     @property
     def casts_rays(self) -> bool:
         """Whether anything shades it at all."""
-        return self.settings.mode != "UNSHADOWED"
+        return self.settings.casts_rays
 
     def receivers_at(self, positions: Float64, normals: Float64, ids: Int64) -> Receivers:
         """Points of the object as receivers of rays, with its own skip."""
@@ -159,9 +159,9 @@ class Subject:
 
 def bounce_count(settings: BakeSettings) -> int:
     """How often light bounces along the paths that a bake is judged by."""
-    if settings.mode != "INTERREFLECTED":
+    if not settings.bounces_light:
         return 0
-    return _PATIENCE if settings.tolerance > 0.0 else settings.bounces
+    return settings.bounces if "bounces" in settings.used else _PATIENCE
 
 
 def clamped(radiance: Float64, *, by: Float64 | None = None) -> Float64:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Suns in a picture of the sky: texels so bright that nine coefficients smear them into a glow without a shadow."""
+"""Finds suns in a picture of the sky: texels so bright that nine coefficients smear them into a glow without a shadow."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The part of the error that a finer mesh takes away: light is interpolated between vertices.
+"""Measures the part of the error that a finer mesh takes away: light is interpolated between vertices.
 
 Interpolated transport is compared with transport baked at the point itself, at random points of the faces and not at
 their centres alone: only so is it the error of the surface that is seen, which adds up with the other parts.

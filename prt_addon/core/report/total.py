@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The whole error on the surface: what the shader shows against what arrives.
+"""Measures the whole error on the surface: what the shader shows against the light that arrives.
 
 It is measured by itself and not added up from its parts: sampling, tessellation and truncation are independent, so that
 their squares add up to its square, and what they do not explain would show here.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The part of the error that more bands take away: nine coefficients know only the broad shape of a light.
+"""Measures the part of the error that more bands take away: nine coefficients hold only the broad shape of a light.
 
 The sky in full resolution is traced directly, bounces included, and the same rays are weighed with the band-limited
 sky: the difference is the truncation's alone, with no noise of a bake and no error between vertices in it.

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Skies as arrays: pictures and cube maps to SH light, directions drawn by brightness, pictures of a light."""
+"""Projects pictures of the sky and cube maps to SH light, finds lamps in them, draws directions by their brightness."""

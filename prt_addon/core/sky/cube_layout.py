@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How cube maps come in files: six pictures by many names, or one picture with all faces as a cross or a strip."""
+"""Recognises cube maps in files: six pictures by many names, or one picture with all faces as a cross or a strip."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cube maps to SH light, and to the equirectangular picture that Blender can show.
+"""Projects cube maps to SH light, and resamples them as the equirectangular picture that Blender can show.
 
 Faces are pictures as files hold them, top row first. Tables are written in the Y-up world of the graphics
 interfaces; what comes out is in Blender's axes, by `(x, y, z) -> (x, -z, y)`: what OpenGL sees ahead, -z, lies in +y.
@@ -23,7 +23,7 @@ from .projection import project_equirect, srgb_to_linear
 
 Array = npt.NDArray[np.float64]
 Picture = npt.NDArray[np.float32]
-Faces = Mapping[str, Picture] | Sequence[Picture]
+CubeFaces = Mapping[str, Picture] | Sequence[Picture]
 Table = Literal["OPENGL", "GAMES202"]
 
 FACES = ("posx", "negx", "posy", "negy", "posz", "negz")
@@ -68,7 +68,7 @@ def decode(encoded: npt.NDArray[np.uint8] | Picture, table: Table = "OPENGL") ->
     return values ** np.float32(2.2) if table == "GAMES202" else srgb_to_linear(values)
 
 
-def solid_angles(size: int, rows: slice = slice(None)) -> Array:
+def face_solid_angles(size: int, rows: slice = slice(None)) -> Array:
     """Exact solid angle, in steradian, of the texels of a face; the six faces sum to 4pi.
 
     The area of the rectangle from the middle of a face to (u, v) is `atan2(u v, sqrt(u**2 + v**2 + 1))`; a texel is
@@ -87,7 +87,7 @@ def solid_angles(size: int, rows: slice = slice(None)) -> Array:
     return np.diff(np.diff(np.arctan2(u * v, np.sqrt(u * u + v * v + 1.0)), axis=0), axis=1)
 
 
-def project_cubemap(faces: Faces, table: Table = "OPENGL", order: int = sh.ORDER) -> Array:
+def project_cubemap(faces: CubeFaces, table: Table = "OPENGL", order: int = sh.ORDER) -> Array:
     """Project a cube map, every texel, onto spherical harmonics.
 
     Texels weigh their exact solid angle and stand at their middle, which leaves an error of 1 / N**2. All faces share
@@ -113,14 +113,14 @@ def project_cubemap(faces: Faces, table: Table = "OPENGL", order: int = sh.ORDER
         rows = slice(first, min(first + step, size))
         local = _local_directions(np.arange(size), np.arange(size)[rows, None], size)
         local /= np.linalg.norm(local, axis=-1, keepdims=True)
-        weighted = (sh.basis(local, order) * solid_angles(size, rows)[..., None]).reshape(-1, sums.shape[1])
+        weighted = (sh.basis(local, order) * face_solid_angles(size, rows)[..., None]).reshape(-1, sums.shape[1])
         for total, picture in zip(sums, pictures, strict=True):
             total += weighted.T @ picture[rows].reshape(-1, 3).astype(np.float64)
     turns = np.stack([rotation_matrix(frame.T, order) for frame in _TABLES[table]])
     return np.matmul(turns, sums).sum(axis=0)
 
 
-def to_equirect(faces: Faces, table: Table = "OPENGL", height: int | None = None) -> Picture:
+def to_equirect(faces: CubeFaces, table: Table = "OPENGL", height: int | None = None) -> Picture:
     """Resample a cube map as the equirectangular picture that shows the same sky in a Blender world.
 
     Bilinear between texels, across the edges of faces too, and averaged over each texel of the picture, by samples so
@@ -211,7 +211,7 @@ def _shrunk(picture: Picture, size: int) -> Picture:
     return picture.reshape(width, block, width, block, 3).mean(axis=(1, 3)) if block > 1 else picture
 
 
-def _checked(faces: Faces) -> list[Picture]:
+def _checked(faces: CubeFaces) -> list[Picture]:
     """The six faces in the order of `FACES`, known to be square, finite and of one size."""
     if not isinstance(faces, Mapping):
         if len(faces) != len(FACES):

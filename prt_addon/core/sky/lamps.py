@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lamps in a picture of the sky: spots so bright and small that lights with sharp shadows show them better than bands.
+"""Finds lamps in a picture of the sky: spots so bright and small that lights with sharp shadows show them better than
+bands.
 
 What a spot exceeds its surroundings by becomes a distant lamp, a disc: direction, size, irradiance. All lamps of a sky share one
 colour, so that one coefficient per band and order says what they are of the SH light. What their own colours differ by, and
@@ -25,8 +26,6 @@ Float32 = npt.NDArray[np.float32]
 
 BRIGHT = 10.0
 """Times the sky's mean radiance, from which on a texel belongs to a spot, with all that it exceeds this by."""
-
-MOST = 8
 
 ENOUGH = 0.03
 """Truncation of the light under which no more lamps are looked for."""

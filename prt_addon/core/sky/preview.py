@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pictures to look at: what an SH light shows, beside what it was made from. Equirectangular, row 0 at the bottom."""
+"""Draws an SH light as an equirectangular picture, beside the sky that it was projected from. Row 0 is at the bottom."""
 
 from __future__ import annotations
 

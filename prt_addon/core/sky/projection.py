@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pictures of the sky to SH light."""
+"""Projects pictures of the sky onto spherical harmonics."""
 
 from __future__ import annotations
 

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sky in full resolution, looked up and drawn from: what a bake in nine coefficients is judged by."""
+"""Looks up the sky in full resolution, and draws directions by its brightness: what a bake in nine coefficients is
+judged by.
+"""
 
 from __future__ import annotations
 

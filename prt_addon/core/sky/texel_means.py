@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pictures of a function on the sphere, each texel the mean over it: looked at closely where the function is rough.
+"""Averages a function on the sphere over each texel of a picture, with more samples where the function is rough.
 
 A sun covers five millionths of the sphere. Texels that differ from their neighbours are cut into 64, of these those that
 still differ again, until what may be missed is small against the whole (adaptive cubature with one point per cell).

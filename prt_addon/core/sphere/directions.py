@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where rays go: low-discrepancy directions, tangent frames, and the per-receiver random turn."""
+"""Makes the directions of rays: low-discrepancy sets, tangent frames, and a random turn for each receiver."""
 
 from __future__ import annotations
 

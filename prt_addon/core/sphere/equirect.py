@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Equirectangular pictures as Blender lays them round the world: directions of places, places of directions, areas.
+"""Relates texels of equirectangular pictures, as Blender lays them round the world, to directions and solid angles.
 
 Places are counted in texels from the lower left corner, row 0 at the bottom; the middle column looks along +x. The
 picture's u is `0.5 - atan2(y, x) / 2 pi`, its v `0.5 + asin(z) / pi`.

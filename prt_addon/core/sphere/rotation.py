@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Rotating SH vectors: one matrix for any order, and the quick way for many order-2 vectors at once."""
+"""Rotates SH vectors: by one matrix for any order, or quickly for many order-2 vectors at once."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Real spherical harmonics: the basis, the clamped-cosine lobe, and the quadratic form of band 2."""
+"""Evaluates real spherical harmonics: the basis, the clamped-cosine lobe, and the quadratic form of band 2."""
 
 from __future__ import annotations
 

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Windows against ringing: how much of each band to keep, and how little to give up so that no light is negative."""
+"""Windows an SH light against ringing: how much of each band to keep, and how little to give up so that no light is
+negative.
+"""
 
 from __future__ import annotations
 

@@ -1,2 +1,4 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How light travels: the ray caster, receivers and their rays, what they hit, one bounce and many, what lies inside."""
+"""Computes how light travels: casts rays from receivers, keeps their hits, bounces light, mends what lies inside
+geometry.
+"""

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Light that bounces: the series `T = T0 + G T0 + G G T0 + ...` (Kajiya 1986, "The Rendering Equation", section 3;
-Sloan, Kautz & Snyder 2002, "Precomputed Radiance Transfer", section 5).
+"""Sums the light of all bounces: the series `T = T0 + G T0 + G G T0 + ...` (Kajiya 1986, "The Rendering Equation",
+section 3; Sloan, Kautz & Snyder 2002, "Precomputed Radiance Transfer", section 5).
 
 Only the last gather, whose result is seen, reads all hits: `T = T0 + G (T0 + G' T0 + G'' G' T0 + ...)`. Those within are
 thin, each in its own way: their noise differs from receiver to receiver and from bounce to bounce, and little of it is

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Corners that other geometry covers: found, and given the values at which their faces show what their open parts get.
+"""Finds corners that other geometry covers, and gives them values at which their faces show what their open parts get.
 
 A face is interpolated between its corners. Where one of them lies inside other geometry, as the corners of a road do in its
 kerbs, the black that it got would be drawn over the open part. So light is sampled inside such faces. Samples in the open are

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Direct transport: what a white Lambertian receiver makes of each SH light that reaches it unbounced.
+"""Computes direct transport: what a white Lambertian receiver makes of each SH light that reaches it unbounced.
 
 Sloan, Kautz & Snyder 2002, "Precomputed Radiance Transfer", section 4: `T_i = 1/pi integral V(w) cos(w) Y_i(w) dw`.
 """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One bounce of light as a sparse matrix: what each receiver gets from the surfaces its rays hit.
+"""Computes one bounce of light as a sparse matrix: what each receiver gets from the surfaces its rays hit.
 
 `(G T)(x) = 1/S sum over hits h of x: albedo(h) sum over corners k: b_k(h) T(receiver at corner k)`. Rays are cosine-weighted,
 so the weight is albedo / S with no further cosine, 1/pi or 4pi (Sloan, Kautz & Snyder 2002, section 5, with their

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What every ray of a bake hit, kept compactly: light can then bounce over it again and again without new rays."""
+"""Keeps what every ray of a bake hit, compactly: light can then bounce over it again and again without new rays."""
 
 from __future__ import annotations
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Receivers inside other geometry: found by the backs of faces about them, filled from their neighbours on the mesh.
+"""Finds receivers inside other geometry by the backs of faces about them, and fills them from their neighbours on the
+mesh.
 
 Where one mesh sinks into another, the receivers below the seam are black, and every triangle that crosses the seam
 draws that black above it. A receiver counts as buried if all of this holds:

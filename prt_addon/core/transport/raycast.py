@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""embreex behind one safe class: the only place that knows its traps.
+"""Wraps embreex in one safe class, the only place that knows its traps.
 
 It owns what the ray caster wants and does not check: float32, contiguous arrays of equal length (a mismatch
 crashes the interpreter), coordinates near the origin.

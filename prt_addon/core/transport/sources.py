@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a bounce reads from: the receivers at the corners of triangles, in the colours that they show there."""
+"""Collects what a bounce reads from: the receivers at the corners of triangles, in the colours that they show there."""
 
 from __future__ import annotations
 

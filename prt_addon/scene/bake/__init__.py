@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A bake of the scene: read as a whole, checked, written, judged later."""
+"""Bakes a scene: reads it as a whole, checks it, writes the result, and judges later whether that still holds."""

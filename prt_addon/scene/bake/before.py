@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a bake changes of a file, as it was before, to bring it back bit for bit: layers, carriers, materials, the light.
+"""Remembers what a bake changes of a file, to bring it back bit for bit: layers, carriers, materials, the light.
 
 Blocks are known by their identifiers in this session, as undo may have replaced them, and people renamed them, since.
 """

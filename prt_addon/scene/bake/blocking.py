@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What blocks light, by the rules of Cycles: which objects, and which of their faces."""
+"""Decides what blocks light, by the rules of Cycles: which objects, and which of their faces."""
 
 from __future__ import annotations
 

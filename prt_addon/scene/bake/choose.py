@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which objects a bake is for: the selected meshes, or all that renders. What cannot be baked is left out, and named."""
+"""Chooses the objects of a bake: the selected meshes, or all that render. What cannot be baked is left out and named."""
 
 from __future__ import annotations
 

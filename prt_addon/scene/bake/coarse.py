@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Meshes too coarse to show the shadows that fall on them: light is kept per vertex, and a floor of four has nowhere to."""
+"""Finds meshes too coarse to show the shadows that fall on them, as light is kept per vertex."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Whether bakes still hold, and why not.
+"""Finds which bakes are stale, and why.
 
 `freshness` reads the scene as a bake would, and is as slow; `glance` is for drawing: what can be told at once, and what
 the last check found. That is kept for the session and not in the file, which must not change because it was looked at.
@@ -89,12 +89,11 @@ def freshness(
     objects = list(objects)
     with object_mode(context):
         records = {ob: record for ob in objects if (record := _checkable(ob))}
-        staying = [record.settings.mode for record in records.values() if record.space == "SCENE"]
         evidence = survey(
             context,
             list(records),
-            others=any(mode != "UNSHADOWED" for mode in staying),
-            bounces=any(record.settings.mode == "INTERREFLECTED" for record in records.values()),
+            others=any(record.settings.casts_rays for record in records.values() if record.space == "SCENE"),
+            bounces=any(record.settings.bounces_light for record in records.values()),
         )
         for (ob, record), now in zip(records.items(), evidence, strict=True):
             session.checked[ob.session_uid] = record, _differences(record, now)
@@ -129,7 +128,7 @@ def note_baked(objects: Iterable[bpy.types.Object], as_read: bool = True) -> Non
             session.checked.pop(ob.session_uid, None)
 
 
-def previews(objects: Iterable[bpy.types.Object]) -> list[Notice]:
+def preview_notices(objects: Iterable[bpy.types.Object]) -> list[Notice]:
     """A notice on each object that shows a preview: of a bake that runs, that was kept, or that a file was saved amid."""
     records = [(ob.name, _record(ob)) for ob in objects]
     return [Notice(_PREVIEW, name, {"rays": _seen(record)}) for name, record in records if record and record.preview_of]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Objects that were read, put together: those that shade each other as one island of a bake's problem."""
+"""Joins objects that were read and that shade each other to the islands of a bake's problem."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A light for a world that has none yet, to look at previews by; it is taken back again, with the nodes that came with it."""
+"""Lends a light to a world that has none yet, to see previews by, and takes it back with the nodes that came with it."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is to be baked, as it was read: no bpy data, so that nothing that happens meanwhile can change it."""
+"""Holds what is to be baked as it was read, without bpy data, so that nothing that happens meanwhile can change it."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ from ..material.readers import MaterialReaders
 from ..mesh.carrier import Geometry, is_shared, transport_mesh
 from ..mesh.layers import is_baked, space_of
 from ..mesh.meshes import ObjectReceivers, Surface, own_axes, positions, read_receivers, read_surface, same_topology
-from ..mesh.record import Evidence, Identity, IdentitySum, identity, surface_identity
+from ..mesh.record import Evidence, Identity, IdentitySum, mesh_identity, surface_identity
 from ..mesh.strands import strands
 from . import choose
 from .blocking import blocking_faces, blocks_light
@@ -147,7 +147,7 @@ def read_bake(
     Raises:
         MeshError: if none of the objects can be baked. Where only some cannot, the plan's notices say so.
     """
-    bounces = settings.mode == "INTERREFLECTED"
+    bounces = settings.bounces_light
     wanted, notices = choose.sorted_out(objects)
     spaces: dict[bpy.types.Object, Space] = {ob: ob.prt.space for ob in wanted}
     with MaterialReaders() as materials:
@@ -336,7 +336,7 @@ def _read_mesh(
     surface, sides = blocking_faces(evaluated, mesh, read_surface(mesh, matrix))
     return _Draft(
         surface,
-        identity(mesh, matrix, sides, original if derived else None),
+        mesh_identity(mesh, matrix, sides, original if derived else None),
         blocks,
         _with_faces(read_receivers(evaluated.original.name_full, mesh, matrix), surface) if receives else None,
         materials.albedo.read(evaluated, mesh, surface, place) if bounces else None,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Taking transport off objects again, wherever it lies."""
+"""Removes transport from objects, wherever it lies."""
 
 from __future__ import annotations
 

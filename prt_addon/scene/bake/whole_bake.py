@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One bake of a scene: everything is checked and read first, and written once the whole result is there. Previews of it may be
-shown in between, and are taken back before anything else is written.
+"""Bakes a scene once: checks and reads everything first, and writes once the whole result is there. Previews of it may
+be shown in between, and are taken back before anything else is written.
 
 Nothing of the person's is applied or refused: an object whose own mesh cannot hold its transport gets a carrier, and what
 cannot be baked at all is left out and named.
@@ -25,7 +25,7 @@ from ..mesh import carrier, layers
 from ..mesh.meshes import positions
 from ..shading import shading
 from ..sky import sky
-from ..sky.identity import identity
+from ..sky.identity import sky_identity
 from ..sky.projection import LightSettings, Projection, project
 from . import choose, freshness, lent_light
 from .before import Before, take_back
@@ -70,7 +70,7 @@ class WholeBake:
         Raises:
             PRTError: whatever is wrong with the scene, before any work.
         """
-        if settings.mode != "UNSHADOWED":
+        if settings.casts_rays:
             raycast.require()
         chosen = choose.objects_to_bake(context) if objects is None else list(objects)
         self._light: Projection | None = None
@@ -195,7 +195,7 @@ class WholeBake:
         here = sky.read_sky(context.scene) if self._light else None  # refuses before writing, as all that follows
         if here and self._light:
             light.check_world(here.holder)
-            if identity(here) != self._light.identity:  # the world was edited, or is another, since the bake began
+            if sky_identity(here) != self._light.identity:  # the world was edited, or is another, since the bake began
                 self._light = project(here, self._light.settings)
         with object_mode(context):
             for ob, one in found:

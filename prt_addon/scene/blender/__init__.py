@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blender's data with no PRT in it: node trees, pictures, Cycles, libraries, versions, modes."""
+"""Handles Blender's data with no PRT in it: node trees, pictures, Cycles, libraries, versions, modes."""

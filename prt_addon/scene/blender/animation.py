@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Keyframes of data-blocks: their curves, as Blender keeps them since 4.4."""
+"""Finds the animation curves of data-blocks, as Blender keeps them since 4.4, and makes them linear."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blender's own bake of a mesh that stands alone in a scene of its own: how Cycles evaluates colours and skies.
+"""Sets up Blender's own bake of a mesh, alone in a scene of its own: how Cycles evaluates colours and skies.
 
 All of it is removed again: selection, engine and data-blocks of the file stay what they were.
 """

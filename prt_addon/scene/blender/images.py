@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Texels of Blender's images, read in linear light, and written into float images."""
+"""Reads texels of Blender's images in linear light, and writes float images."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What belongs to this file: data that is linked from a library cannot be changed, nor can overrides hold ours."""
+"""Checks what belongs to this file: data that is linked from a library cannot be changed, nor can overrides hold ours."""
 
 from __future__ import annotations
 

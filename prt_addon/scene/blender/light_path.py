@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Light Path nodes, answered as they are for light that left a matte surface: worlds and materials may show the camera
-something else.
+"""Answers Light Path nodes as for light that left a matte surface: worlds and materials may show the camera something
+else.
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Working where a job needs to, in Object Mode and in the scene that it was begun in, and leaving people where they were."""
+"""Switches to Object Mode, or to the scene that a job was begun in, and leaves users where they were."""
 
 from __future__ import annotations
 

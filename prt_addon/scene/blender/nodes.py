@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Finding one's way in shader node trees: what feeds a socket, and building graphs by formula."""
+"""Follows the links of shader node trees, and builds graphs by formula."""
 
 from __future__ import annotations
 

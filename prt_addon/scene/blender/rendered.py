@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The scene as its renders show it: modifiers at render level, what the viewport hides, instances, background sets.
+"""Reads the scene as its renders show it: modifiers at render level, what the viewport hides, instances, background
+sets.
 
 Blender hands that state of a scene to render engines only. So a render engine of ours renders a frame of 16 x 16
 pixels (fewer are refused where the output is a movie), and reads instead of drawing: milliseconds, and the same on every

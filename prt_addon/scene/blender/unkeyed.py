@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Animated values that a person has changed and not keyed yet: evaluating the frame anew would throw them away.
+"""Keeps animated values that a user has changed and not keyed yet: evaluating the frame anew would throw them away.
 
 What the viewport shows is what counts: a pose, or a lamp, that was moved by hand is read there, and stays there.
 """

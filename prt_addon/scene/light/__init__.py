@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The SH light on the world: stored, driven, keyframed, looked at."""
+"""Keeps the SH light on the world: stores, drives and keyframes it, and draws pictures of it."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Drivers by which a light follows its sky: simple expressions, which Blender evaluates without Python."""
+"""Drives a light by its sky's nodes: by simple expressions, which Blender evaluates without Python."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Skies that change in what no driver can follow: their light, projected frame by frame and keyframed."""
+"""Projects skies frame by frame, and keyframes their light, where they change in what no driver can follow."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The SH light on the World: nine RGB custom properties, and drivers that carry its turn and strength.
+"""Stores the SH light on the World: nine RGB custom properties, and drivers that carry its turn and strength.
 
 The light is stored with the world's rotation at zero. Its turn is stored as the images of the three axes under
 the world's Mapping node, by drivers that need no Python (simple expressions): a saved file turns and renders in a
@@ -134,7 +134,7 @@ _KINDS: dict[str, type | tuple[type, ...]] = {
 }
 
 
-def read_record(world: bpy.types.World) -> Mapping[str, Any]:
+def light_record(world: bpy.types.World) -> Mapping[str, Any]:
     """What is noted of a world's light; empty if there is nothing, or not what we write: then it is of unknown origin."""
     record = world.get(RECORD)
     if not hasattr(record, "keys"):
@@ -146,7 +146,7 @@ def read_record(world: bpy.types.World) -> Mapping[str, Any]:
 
 def light_settings_of(world: bpy.types.World) -> LightSettings:
     """How the world's light was projected."""
-    record = read_record(world)
+    record = light_record(world)
     return LightSettings(record["window"], record["cutoff"], record.get("lamps", "NONE"))
 
 
@@ -223,7 +223,7 @@ def write_stand_in(world: bpy.types.World) -> None:
 
 def stands_in(world: bpy.types.World) -> bool:
     """Whether a world's light is that white sky."""
-    return bool(read_record(world).get(STAND_IN))
+    return bool(light_record(world).get(STAND_IN))
 
 
 def has_light(world: bpy.types.World | None) -> bool:
@@ -242,13 +242,13 @@ def _is_vector(value: object, *lengths: int) -> bool:
 
 def is_projected(world: bpy.types.World) -> bool:
     """Whether the light of a world was made from its own sky, and not read from a file."""
-    record = read_record(world)
+    record = light_record(world)
     return all(name in record for name in ("graph", "pictures", "mapping", "strength", "window", "cutoff"))
 
 
 def is_keyframed(world: bpy.types.World) -> bool:
     """Whether the light of a world was projected frame by frame, and is left alone until it is projected by hand."""
-    return FRAMES in read_record(world)
+    return FRAMES in light_record(world)
 
 
 def why_it_stays(world: bpy.types.World) -> str:
@@ -261,12 +261,12 @@ def why_it_stays(world: bpy.types.World) -> str:
 
 def source_of(world: bpy.types.World) -> bpy.types.World:
     """The world whose sky the light of a world is: itself, save under a view layer with a world of its own."""
-    return bpy.data.worlds.get(read_record(world).get(SOURCE, "")) or world
+    return bpy.data.worlds.get(light_record(world).get(SOURCE, "")) or world
 
 
 def followed(world: bpy.types.World) -> Followed:
     """The sockets that turn and scale the light of a world."""
-    record, tree = read_record(world), source_of(world).node_tree
+    record, tree = light_record(world), source_of(world).node_tree
     if not record or not tree:
         return Followed(None, None, None)
     mapping, holder = (tree.nodes.get(record.get(key, "")) for key in ("mapping", "strength"))
@@ -278,7 +278,7 @@ def followed(world: bpy.types.World) -> Followed:
 def mend_drivers(sky: Sky) -> bool:
     """Have a light follow its sky's nodes again, where these were renamed; True if it does now. The light itself stays."""
     node = sky.mapping or sky.sun
-    if not node and read_record(sky.holder).get("mapping"):
+    if not node and light_record(sky.holder).get("mapping"):
         return False
     remove_drivers(sky.holder)
     record = sky.holder[RECORD]
@@ -298,7 +298,7 @@ def remove_light(world: bpy.types.World) -> bool:
 def _remove_properties(world: bpy.types.World) -> bool:
     remove_drivers(world)
     _remove_keyframes(world)
-    source, threshold = source_of(world), read_record(world).get(SUN)
+    source, threshold = source_of(world), light_record(world).get(SUN)
     if threshold and is_own(source):
         source.sun_threshold = threshold
     present = [name for name in (*LIGHT, *DRIVEN, RECORD) if name in world]

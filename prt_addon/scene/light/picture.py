@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The SH light to look at: a picture of it beside the sky it was made from, a small one for the panel, and what it kept."""
+"""Draws the SH light beside the sky it was projected from, and small for the panel; says how much energy it kept."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Whether a world's SH light still is that of its nodes and pictures."""
+"""Decides whether a world's SH light still is that of its nodes and pictures."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 import bpy
 
 from ...core.errors import PRTError
-from ..sky.identity import identity
+from ..sky.identity import sky_identity
 from ..sky.sky import Sky, read_world
 from .drivers import drivers_work
 from .light import (
@@ -19,7 +19,7 @@ from .light import (
     has_light,
     is_keyframed,
     is_projected,
-    read_record,
+    light_record,
     source_of,
     stands_in,
 )
@@ -49,7 +49,7 @@ def light_state(world: Any) -> LightState:
         return LightState(True, f"A white sky stands in. {_why_not(world)}")
     if not is_projected(world.original):
         return LightState(False, "Light was imported: it follows no nodes")
-    record = read_record(world.original)
+    record = light_record(world.original)
     if is_keyframed(world.original):
         if not drivers_work(world.original):
             return LightState(True, "Light is keyframed, but the node that turned it is gone: keyframe it again")
@@ -59,7 +59,7 @@ def light_state(world: Any) -> LightState:
         sky = read_world(world if source == world.original else source, world.original)
     except PRTError as error:
         return LightState(True, str(error))
-    now = identity(sky)
+    now = sky_identity(sky)
     changes = {
         "a picture is another, or its file has changed": now.pictures != record["pictures"],
         f"'{record.get(REPAINTED)}' was painted on or changed": REPAINTED in record,

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Materials: read once, to what light takes on where it bounces and to what is shown."""
+"""Reads materials, each once: the colour that light takes on where it bounces, and the surface that is shown."""

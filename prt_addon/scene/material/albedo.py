@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Materials to albedo: what light takes on where it bounces.
+"""Reads the albedo of materials: the colour that light takes on where it bounces.
 
 The colour is that of the `reading`: a constant, an image texture or a colour attribute. One that comes from other
 nodes, or is mixed of several, is evaluated by Cycles at the vertices, which is said; where that is impossible the viewport

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The colour that was read of a material, as nodes: linked where it lies in the material's tree, mixed where it is mixed.
+"""Links the colour that was read of a material as nodes: where it lies in the material's tree, or mixed as it is mixed.
 
 What lies inside a group cannot be linked from outside. A copy of the group hands it out, and is fed as the group is.
 """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What materials whose nodes we do not read look like, evaluated by Cycles itself: their colours at the corners of a mesh.
+"""Has Cycles evaluate materials whose nodes we do not read: their colours at the corners of a mesh.
 
 Blender's own colour bake runs on a copy of the evaluated mesh, alone in a scene of its own (see `cycles_scene`).
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Values of materials whose nodes we do not read, evaluated by Cycles itself all over the faces of a mesh: a picture of them.
+"""Has Cycles evaluate materials whose nodes we do not read, all over the faces of a mesh: a picture of them.
 
 Each face gets a square of the picture to itself, so that it does not matter how the mesh is unwrapped. The more faces, the
 coarser.

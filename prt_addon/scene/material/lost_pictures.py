@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pictures that a material's colour needs, and that are not there: Cycles would show them in pink, and light would be pink."""
+"""Finds pictures that a material's colour needs and that are missing: Cycles would show them in pink, and bounce pink
+light.
+"""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Materials to opacity: which share of the light the faces of cut-outs, veils and panes stop.
+"""Reads the opacity of materials: which share of the light the faces of cut-outs, veils and panes stop.
 
 What lets light through is that of the `reading`: a constant, the alpha or the grey of an image, or a colour attribute.
 What other nodes make is evaluated by Cycles all over the faces. Where that is impossible, they stop all light, which is said.

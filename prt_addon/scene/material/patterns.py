@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What an output of a node gives on the triangles of a mesh: one value, an image texture, or an attribute. Others are not followed."""
+"""Follows an output of a node to what it gives on the triangles of a mesh: one value, an image texture, or an attribute."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What light does at surfaces, read of one state of the scene: which share of it they return, and which they stop."""
+"""Reads what light does at the surfaces of one state of the scene: which share of it they return, and which they stop."""
 
 from __future__ import annotations
 

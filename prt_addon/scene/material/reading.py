@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A material read once: whether its surface can be relit, the colour that light takes on where it bounces off, and the share
+"""Reads a material once: whether its surface can be relit, the colour that light takes on where it bounces off, and the share
 of the light that it lets through.
 
 Both are read from the inputs of shaders, mixed as the material mixes the shaders, through groups, reroutes and whatever is
@@ -20,7 +20,7 @@ import bpy
 
 from ..blender.nodes import Wiring, uses_nodes
 
-Engine = Literal["EEVEE", "CYCLES"]
+RenderEngine = Literal["EEVEE", "CYCLES"]
 RGB = tuple[float, float, float]
 
 
@@ -105,7 +105,7 @@ OURS = "prt_were_active"
 """Custom property of the output that we add: the names of the outputs that were active before it, a line each."""
 
 
-def read_material(material: bpy.types.Material, engine: Engine) -> MaterialReading:
+def read_material(material: bpy.types.Material, engine: RenderEngine) -> MaterialReading:
     """Read a material as an engine shows it, or would without us."""
     if not uses_nodes(material):
         return MaterialReading(None, Constant(_three(material.diffuse_color)))
@@ -130,7 +130,7 @@ def has_surface(material: bpy.types.Material) -> bool:
     return surface is not None or volume is None
 
 
-def own_output(tree: bpy.types.NodeTree, engine: Engine) -> bpy.types.Node | None:
+def own_output(tree: bpy.types.NodeTree, engine: RenderEngine) -> bpy.types.Node | None:
     """The person's own output that an engine shows: as `get_output_node`, which would find ours.
 
     One that is made for the engine comes before one for all, and among equals the active one.

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Meshes to surfaces and receivers; transport to attributes, with the record of its bake."""
+"""Reads meshes as surfaces and receivers, and writes transport as attributes with the record of its bake."""

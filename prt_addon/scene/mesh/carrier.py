@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Carriers: where transport lies that an object's own mesh cannot hold.
+"""Hangs carriers on objects: meshes that hold transport which an object's own mesh cannot.
 
 Modifiers that add vertices leave no place for values per vertex, and objects that share a mesh see different shadows. Then
 the layers lie on a carrier: a mesh object in no collection with the vertices and faces that were baked. One Geometry Nodes

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The "PRT Carrier" node groups: copy the layers of a carrier onto the geometry that a modifier stack came to."""
+"""Builds the "PRT Carrier" node groups, which copy the layers of a carrier onto what a modifier stack makes."""
 
 from __future__ import annotations
 

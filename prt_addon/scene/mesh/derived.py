@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a mesh is known by that modifiers make of another: from what they make it, and about what comes out.
+"""Identifies a mesh that modifiers make of another: by what they make it from, and roughly by what comes out.
 
 Some modifiers give other last bits at each evaluation (4.5's Bevel under a Subdivision: 5e-7), so that digests of positions
 would call a bake stale at once, and shards of two processes would not fit together. Known instead are the original, the

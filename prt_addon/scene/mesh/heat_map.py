@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The error of a bake as colours on its mesh: a temporary layer, blue where too dark, red where too bright."""
+"""Shows the error of a bake as colours on its mesh: a temporary layer, blue where too dark, red where too bright."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Transport on meshes: nine float colour attributes and the record of the bake that made them."""
+"""Stores transport on meshes: nine float colour attributes, and the record of the bake that made them."""
 
 from __future__ import annotations
 

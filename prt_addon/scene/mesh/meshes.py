@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Evaluated meshes to arrays in world space: triangles that block light, and points that receive it."""
+"""Reads evaluated meshes as arrays in world space: triangles that block light, and points that receive it."""
 
 from __future__ import annotations
 

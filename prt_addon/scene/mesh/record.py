@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The record of a bake on its mesh: the settings, and digests of all that the bake depended on.
+"""Writes and reads the record of a bake on its mesh: the settings, and digests of all that the bake depended on.
 
 One digest per cause, so that a stale bake can say why. Names play no part in them, nor does the order of objects. They
 are made of what Blender stores rather than of what it derives from that (sharp edges, not normals): what is computed
@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...core.files import digest
-from ...core.problem import MOST_BOUNCES, MOST_SAMPLES, BakeSettings, Mode
+from ...core.problem import BOUNCING, CASTING, MOST_BOUNCES, MOST_SAMPLES, BakeSettings, Mode
 from ...core.sphere import sh
 from ..blender.versions import refuse_newer, version_of
 from .derived import derived_sources
@@ -117,14 +117,14 @@ class Evidence:
 
     def fingerprint(self, mode: str, space: str) -> Fingerprint:
         """The part that matters to a bake."""
-        bounces = mode == "INTERREFLECTED"
+        bounces = mode in BOUNCING
         others = colours = ""
         if space == "OBJECT":
             colours = self.own.colours.hex() if bounces else ""
         elif bounces:
             others = f"{self.others.reflectors:x}"
             colours = digest(self.own.colours, f"{self.others.colours:x}".encode()).hex()
-        elif mode == "SHADOWED":
+        elif mode in CASTING:
             others = f"{self.others.occluders:x}"
         geometry = digest(self.own.shape, self.own.normals).hex()
         return Fingerprint(geometry, transform_of(self.matrix, mode, space), others, colours)
@@ -159,7 +159,7 @@ def transform_of(matrix: npt.ArrayLike, mode: str, space: str) -> tuple[float, .
     parts = [linear, whole[:3, 3]]
     if space == "OBJECT":
         parts = [linear.T @ linear]
-    elif mode == "UNSHADOWED":
+    elif mode not in CASTING:
         parts = [linear]
     return tuple(value for part in parts for value in part.ravel().tolist())
 
@@ -172,7 +172,7 @@ def same_transform(one: tuple[float, ...], other: tuple[float, ...]) -> bool:
     return all(abs(a - b) <= _ROUNDING * max(size, abs(a)) for a, b in zip(one, other, strict=True))
 
 
-def identity(
+def mesh_identity(
     mesh: bpy.types.Mesh,
     matrix: npt.ArrayLike,
     sides: npt.NDArray[np.int8] | None = None,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Hair curves and point clouds as triangles that block as much light as they do.
+"""Turns hair curves and point clouds into triangles that block as much light as they do.
 
 Strands become tubes of three sides, points polyhedra of twenty faces. By Cauchy's formula a convex body shows, in the mean
 over all directions, a quarter of its area: the radii are those at which this is what the round body shows.

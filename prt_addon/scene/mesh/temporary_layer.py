@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A colour layer that shows something on a mesh for a while, as its active one: an error, or transport itself."""
+"""Shows a colour layer on a mesh for a while, as its active one: an error, or transport itself."""
 
 from __future__ import annotations
 

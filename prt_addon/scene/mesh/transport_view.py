@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Transport as colours on its mesh, to be looked at: one coefficient, or all of a band together."""
+"""Shows transport as colours on its mesh: one coefficient, or all of a band together."""
 
 from __future__ import annotations
 

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The report: baked objects read again, engines compared."""
+"""Reports on a scene: reads baked objects again, and compares EEVEE with Cycles."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""EEVEE's picture against Cycles', from the active camera.
+"""Compares EEVEE's picture with Cycles', from the active camera.
 
 Both engines render what was baked, in linear light, over nothing: all other objects hold out, so that they shade and
 hide but are not compared. Cycles renders as many diffuse bounces as were baked and no more, twice, so that its

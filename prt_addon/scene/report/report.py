@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Baked objects and the world's light, read as a report wants them; and the last report, kept with the scene."""
+"""Reads baked objects and the world's light for a report, and keeps the last report with the scene."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ import numpy.typing as npt
 from ...core.errors import LightError, MeshError
 from ...core.notices import Notice
 from ...core.problem import BakeProblem, BakeSettings
-from ...core.report.subject import Light, Scenery, Subject
+from ...core.report.subject import Lighting, Scenery, Subject
 from ...core.sky.sampler import reduced
 from ..bake import choose
 from ..bake.read import read_bake
@@ -67,7 +67,7 @@ def read_baked(context: bpy.types.Context, objects: Sequence[bpy.types.Object]) 
         MeshError: for an object that was changed since its bake so that the layers fit it no more.
     """
     records = {ob.name_full: _record(ob) for ob in objects}
-    bounces = any(record.settings.mode == "INTERREFLECTED" for record in records.values())
+    bounces = any(record.settings.bounces_light for record in records.values())
     plan = read_bake(context, objects, BakeSettings("INTERREFLECTED" if bounces else "SHADOWED"))
     stored = {one.group: _per_receiver(bpy.data.objects[one.name], one.receivers) for one in plan.objects}
     sceneries = _sceneries(plan.problem, stored)
@@ -100,7 +100,7 @@ def _sceneries(problem: BakeProblem, stored: dict[int, npt.NDArray[np.float32]])
     return sceneries
 
 
-def read_light(scene: bpy.types.Scene) -> Light:
+def read_lighting(scene: bpy.types.Scene) -> Lighting:
     """The light that is on the scene's world, and the sky it stands for.
 
     Raises:
@@ -109,7 +109,7 @@ def read_light(scene: bpy.types.Scene) -> Light:
     """
     picture, turn = sky_as_projected(scene)
     stored = light.shown_light(scene.world)
-    return Light(reduced(picture) * np.float32(light.strength_of(scene.world)), turn, stored)
+    return Lighting(reduced(picture) * np.float32(light.strength_of(scene.world)), turn, stored)
 
 
 def sky_as_projected(scene: bpy.types.Scene) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float64]]:

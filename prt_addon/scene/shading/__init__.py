@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The relit surface in materials."""
+"""Relights the surfaces of materials in EEVEE."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""EEVEE's own ray tracing, set so that gloss mirrors relit surfaces; and set back.
+"""Sets up EEVEE's own ray tracing so that gloss mirrors relit surfaces, and sets it back.
 
 Its *Fast GI* is kept to ambient occlusion: by itself it would light surfaces once more by what their bake holds already.
 """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Hooking the relight group into materials, beside the user's own nodes, and taking it out again.
+"""Hooks the relight group into materials beside the user's own nodes, and takes it out again.
 
 The group feeds a Material Output whose target is EEVEE. The user's own output, links and nodes are not touched:
 Cycles still renders them, and removing our two nodes restores the material.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How many attributes of a mesh a material reads: EEVEE takes 14, and shows the material pink beyond."""
+"""Counts the attributes of a mesh that a material reads: EEVEE takes 14, and shows the material pink beyond."""
 
 from __future__ import annotations
 

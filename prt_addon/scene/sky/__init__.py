@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The world's graph: what is followed of it, its picture, its identity, its projection."""
+"""Reads the world's node graph: what of it drivers follow, its picture, its identity, its projection."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cube maps: six picture files into arrays, and the Blender world that shows the same sky."""
+"""Reads six picture files as a cube map, and makes the Blender world that shows the same sky."""
 
 from __future__ import annotations
 

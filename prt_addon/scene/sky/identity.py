@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Whether a sky is still the one that was projected: digests of its nodes and pictures, without what is followed.
+"""Decides whether a sky is still the one that was projected: digests its nodes and pictures, without what drivers
+follow.
 
 A node is what it is set to and what feeds it, not its name or its place. The Mapping node that turns everything is looked
 through, so that it makes no difference whether there is one.
@@ -44,7 +45,7 @@ class SkyIdentity:
     graph: str
 
 
-def identity(sky: Sky) -> SkyIdentity:
+def sky_identity(sky: Sky) -> SkyIdentity:
     """What is seen of a sky, apart from its turn and strength if these are followed."""
     nodes = sky.nodes
     images = list(dict.fromkeys(node.image for node in nodes if getattr(node, "image", None)))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sky of a world as Blender itself evaluates it: a panorama of any node graph.
+"""Has Blender evaluate the sky of a world, whatever its nodes: a panorama of any node graph.
 
 Cycles' bake of the type Environment looks from each vertex of a mesh along its position, and so evaluates a world along
 any set of directions, without a camera, a file or a trace in the render result. A copy of the world hangs over a scene of

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From a sky to its SH light: the texels of its picture, or what Blender makes of its nodes; then a window, and lamps."""
+"""Projects a sky to its SH light: the texels of its picture, or what Blender makes of its nodes; then windows it and
+finds lamps.
+"""
 
 from __future__ import annotations
 
@@ -9,10 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ...core.sky.lamps import ENOUGH, Lamps, find_lamps
-from ...core.sky.projection import project_equirect, project_mirror_ball, without_broken
+from ...core.sky.texels import SkyTexels
 from ...core.sphere import sh, window
 from ..blender.images import Undecodable, linear_pixels
-from .identity import SkyIdentity, identity
+from .identity import SkyIdentity, sky_identity
 from .panorama import panorama
 from .sky import Sky
 
@@ -77,15 +79,19 @@ def project(sky: Sky, settings: LightSettings) -> Projection:
     Raises:
         PictureError, LightError: if a picture cannot be read, or the world not be evaluated.
     """
-    light, way, picture = _seen(sky)
-    return projected(sky, light, way, settings, picture)
+    if sky.texture and (texels := _picture(sky)):
+        way = f"Projected '{sky.texture.image.name}' into the light of world '{sky.world.name}'"
+    else:
+        texels = _rendered(sky)
+        way = f"Rendered world '{sky.world.name}' to a panorama and projected it"
+    return projected(sky, texels.project(), way + _left_out(texels) + _stretched(texels), settings, texels)
 
 
-def projected(sky: Sky, light: Array, by: str, settings: LightSettings, picture: Float32 | None = None) -> Projection:
+def projected(sky: Sky, light: Array, by: str, settings: LightSettings, texels: SkyTexels | None = None) -> Projection:
     """A light (9, 3) that was made of a sky, by what the sentence says, once windowed and its lamps are found.
 
     Args:
-        picture: (H, W, 3) equirectangular, what lamps are looked for in; looked at anew if None.
+        texels: what lamps are looked for in, if they are equirectangular; otherwise the sky is looked at anew.
     """
     if settings.window == "AUTO":
         deringed = window.dering(light)
@@ -95,48 +101,17 @@ def projected(sky: Sky, light: Array, by: str, settings: LightSettings, picture:
         kept = window.windowed(light, factors)
         negative = (window.negative_share(light), window.negative_share(kept))
     return Projection(
-        kept, _lamps(sky, settings, picture), settings, factors, negative, identity(sky), f"{by}; {sky.following}."
+        kept, _lamps(sky, settings, texels), settings, factors, negative, sky_identity(sky), f"{by}; {sky.following}."
     )
 
 
-def _lamps(sky: Sky, settings: LightSettings, picture: Float32 | None) -> Lamps:
+def _lamps(sky: Sky, settings: LightSettings, texels: SkyTexels | None) -> Lamps:
     most = _MOST_LAMPS[settings.lamps]
     if not most or sky.is_uniform:
         return Lamps()
-    picture = sky_picture(sky) if picture is None else picture
+    picture = texels.pixels if texels and texels.is_equirectangular else sky_picture(sky)
     found = find_lamps(picture, most, ENOUGH if settings.lamps == "AUTO" else 0.0)
     return found if found.lamps or not sky.has_sun_disc else find_lamps(picture, 1)
-
-
-def _seen(sky: Sky) -> tuple[Array, str, Float32 | None]:
-    """The light (9, 3), how it was seen, and the equirectangular picture, if that was one."""
-    found = _texels(sky)
-    if sky.texture and found is not None:
-        pixels, broken = found
-        image, ball = sky.texture.image, sky.texture.projection == "MIRROR_BALL"
-        smooth = sky.texture.interpolation != "Closest"
-        light = project_mirror_ball(pixels) if ball else project_equirect(pixels, interpolated=smooth)
-        way = f"Projected '{image.name}' into the light of world '{sky.world.name}'"
-        way += _left_out(broken, pixels) + ("" if ball else _stretched(pixels))
-        return light, way, None if ball else pixels
-    pixels, broken = without_broken(panorama(sky))
-    way = f"Rendered world '{sky.world.name}' to a panorama and projected it"
-    return project_equirect(pixels), way + _left_out(broken, pixels), pixels
-
-
-def _left_out(broken: int, pixels: Float32) -> str:
-    """What to say of texels that are no numbers; nothing if there are none."""
-    if not broken:
-        return ""
-    return f", without {broken:,} of {pixels.shape[0] * pixels.shape[1]:,} texels, which are not finite"
-
-
-def _stretched(pixels: Float32) -> str:
-    """What to say of a picture that shows no whole sky at its own proportions."""
-    height, width = pixels.shape[:2]
-    if abs(width - 2 * height) <= 1:
-        return ""
-    return f" (it is {width} x {height} and no 2:1 panorama, so that it is shown stretched)"
 
 
 def sky_picture(sky: Sky) -> Float32:
@@ -145,17 +120,36 @@ def sky_picture(sky: Sky) -> Float32:
     Raises:
         PictureError, LightError: as `project`.
     """
-    found = _texels(sky) if sky.texture and sky.texture.projection == "EQUIRECTANGULAR" else None
-    return without_broken(panorama(sky))[0] if found is None else found[0]
+    texels = _picture(sky)
+    return texels.pixels if texels and texels.is_equirectangular else _rendered(sky).pixels
 
 
-def _texels(sky: Sky) -> tuple[Float32, int] | None:
-    """(height, width, 3) of the picture that it is, and how many of them were left out; None if it is more than that, or
-    Blender alone can decode it.
-    """
+def _picture(sky: Sky) -> SkyTexels | None:
+    """The picture that a sky is; None if it is more than that, or Blender alone can decode it."""
     if sky.texture is None:
         return None
     try:
-        return without_broken(linear_pixels(sky.texture.image, opaque=True))
+        pixels = linear_pixels(sky.texture.image, opaque=True)
     except Undecodable:
         return None
+    return SkyTexels.of(pixels, sky.texture.projection, sky.texture.interpolation != "Closest")
+
+
+def _rendered(sky: Sky) -> SkyTexels:
+    """What Blender makes of a sky's nodes, each texel the mean over it."""
+    return SkyTexels.of(panorama(sky))
+
+
+def _left_out(texels: SkyTexels) -> str:
+    """What to say of texels that are no numbers; nothing if there are none."""
+    if not texels.left_out:
+        return ""
+    return f", without {texels.left_out:,} of {texels.count:,} texels, which are not finite"
+
+
+def _stretched(texels: SkyTexels) -> str:
+    """What to say of a picture that shows no whole sky at its own proportions."""
+    if not texels.is_stretched:
+        return ""
+    height, width = texels.pixels.shape[:2]
+    return f" (it is {width} x {height} and no 2:1 panorama, so that it is shown stretched)"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the sky of a world is: its node graph, read. What can be followed of it while it changes, and what cannot."""
+"""Reads a world's node graph: what its sky is made of, which changes of it drivers can follow, and which they cannot."""
 
 from __future__ import annotations
 

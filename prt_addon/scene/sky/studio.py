@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The HDRIs that Blender ships for its viewport, as skies of a world: something to light with in one click."""
+"""Lights a world by one of the HDRIs that Blender ships for its viewport: a sky in one click."""
 
 from __future__ import annotations
 

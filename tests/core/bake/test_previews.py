@@ -16,6 +16,7 @@ from prt_addon.core.workers import Workers
 from prt_addon.worker import tasks
 from tests.core import bouncing
 from tests.core.baking import Noting, bake
+from tests.recording import recording
 
 SETTINGS = replace(bouncing.SETTINGS, samples=256)
 
@@ -31,7 +32,7 @@ class Seeing(Noting):
         self.shown.append(preview)
 
 
-def with_previews(scene, settings=SETTINGS, **options):
+def with_previews(scene: bouncing.Scene, settings=SETTINGS, **options):
     """The transport of a bake with previews, and who watched it."""
     seeing = Seeing()
     run = Run(workers=Workers(2, seeing), **options)
@@ -73,8 +74,8 @@ def test_they_are_close_to_what_they_show():
 
 
 def test_the_ray_caster_is_built_once(monkeypatch):
-    built, of = [], RayScene.of
-    monkeypatch.setattr(RayScene, "of", lambda *rest: built.append(rest) or of(*rest))
+    built: list[object] = []
+    monkeypatch.setattr(RayScene, "of", recording(RayScene.of, built))
     with_previews(bouncing.corner(6), replace(SETTINGS, samples=1024))
     assert len(built) == 1
 

@@ -20,7 +20,7 @@ from prt_addon.core.problem import BakeProblem, BakeSettings, Island, Occluders
 from prt_addon.core.transport.raycast import RayScene
 from prt_addon.core.workers import Workers
 from tests.core.baking import Noting
-from tests.core.transport.test_bounces import corner, patterned
+from tests.core.bouncing import corner, patterned
 
 MODES = ["SHADOWED", "INTERREFLECTED"]
 SETTINGS = BakeSettings("INTERREFLECTED", samples=32, seed=2)

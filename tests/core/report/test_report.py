@@ -6,146 +6,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from prt_addon.core.problem import BakeSettings, Occluders, ReceiverGroup
+from prt_addon.core.problem import BakeSettings
 from prt_addon.core.report.document import PARTS, surface_report
 from prt_addon.core.report.findings import Effort, find
 from prt_addon.core.report.heat import receiver_errors
 from prt_addon.core.report.measures import Estimate, percent, percentile, product, relative_rms
 from prt_addon.core.report.sampling import sampling
-from prt_addon.core.report.subject import Light, Scenery, Subject
-from prt_addon.core.report.suns import find_suns
 from prt_addon.core.report.tessellation import tessellation
 from prt_addon.core.report.total import total
 from prt_addon.core.report.truncation import truncation
-from prt_addon.core.sky.projection import project_equirect
-from prt_addon.core.sphere import sh
-from prt_addon.core.sphere.rotation import rotation_matrix
-from prt_addon.core.surface import Albedo
 from tests.core import shapes
-from tests.core.baking import bake
 from tests.core.references import axis_angle, random_rotations
-
-FEW = Effort(points=128, samples=64)
-SCENE = np.eye(3)
-
-
-def directions(height, width):
-    azimuth, elevation = np.meshgrid(
-        2.0 * np.pi * (0.5 - (np.arange(width) + 0.5) / width), np.pi * ((np.arange(height) + 0.5) / height - 0.5)
-    )
-    ring = np.cos(elevation)
-    return np.stack([ring * np.cos(azimuth), ring * np.sin(azimuth), np.sin(elevation)], axis=-1)
-
-
-def smooth_sky():
-    """Order 2 and nothing beyond, nowhere negative."""
-    light = np.random.default_rng(5).normal(size=(9, 3))
-    light[0] = 8.0
-    return (sh.basis(directions(128, 256)) @ light).astype(np.float32)
-
-
-def sunny_sky():
-    """A grey sky with a sun that carries half of its light."""
-    pixels = np.full((64, 128, 3), 0.5, dtype=np.float32)
-    pixels[46, 30] = 0.5 * 4.0 * np.pi / (2.0 * np.pi / 128 * np.diff(np.sin(np.pi * (np.array([46, 47]) / 64 - 0.5))))
-    return pixels
-
-
-def light_of(pixels, turn=SCENE):
-    """The sky, and its projection as the world would store it."""
-    return Light(pixels, turn, rotation_matrix(turn.T) @ project_equirect(pixels))
-
-
-def subjects_of(parts, settings, colours=None, **bake_options):
-    """Subjects of meshes (name: (vertices, triangles)) that are baked together."""
-    vertices, triangles = shapes.joined(*parts.values())
-    normals = shapes.vertex_normals(vertices, triangles)
-    sizes = [len(points) for points, _ in parts.values()]
-    starts = np.concatenate([[0], np.cumsum(sizes)])
-    groups = [
-        ReceiverGroup(name, vertices[first:last], normals[first:last], 2.0)
-        for name, first, last in zip(parts, starts[:-1], starts[1:], strict=True)
-    ]
-    albedo = Albedo(np.full((len(triangles), 3), 0.8) if colours is None else colours(triangles))
-    occluders = Occluders(vertices, triangles, triangles.astype(np.int64), albedo)
-    stored = [
-        each if each.ndim == 3 else np.repeat(each[..., None], 3, -1) for each in bake(groups, occluders, settings)
-    ]
-    scenery = Scenery(occluders, groups, np.concatenate(stored))
-    return [
-        Subject(group, settings, transport, points[own], own.astype(np.int64), scenery, SCENE)
-        for group, transport, (points, own) in zip(groups, stored, parts.values(), strict=True)
-    ]
-
-
-def floor(cells, roof_height=0.3):
-    """A floor under a small roof whose shadow is soft."""
-    vertices, triangles = shapes.grid(4, 0.8)
-    return {"floor": shapes.grid(cells), "roof": (vertices + np.array((0.0, 0.0, roof_height)), triangles)}
-
-
-def half(estimate):
-    """Half an interval."""
-    return (estimate.high - estimate.low) / 2.0
-
-
-# --- truncation -------------------------------------------------------------------------------------------------------
-
-
-def test_convex_mesh_loses_the_cosines_own_bands():
-    """A sphere sees the whole sky from every side: what bands beyond n hold of it, weighed by the cosine's factors
-    (Parseval)."""
-    pixels = sunny_sky()
-    [subject] = subjects_of({"ball": shapes.icosphere(4)}, BakeSettings("SHADOWED", 16))
-    found = truncation([find(subject, light_of(pixels), Effort(512, 64))])
-    factors = sh.cosine_lobe(8)
-    energy = np.array([(project_equirect(pixels, 8)[sh.band_slice(band)] ** 2).sum() for band in range(9)]) * factors**2
-    for order in (1, 2, 4, 6):
-        wanted = np.sqrt(energy[order + 1 :].sum() / energy.sum())
-        got = found.by_order[order]
-        assert got.low - 0.002 < wanted < got.high + 0.002, f"order {order}: {got}, {wanted}"
-    assert found.by_order[2].value == pytest.approx(found.by_order[3].value, rel=0.03), "band 3 of the cosine is zero"
-    assert found.relative_rms.value == pytest.approx(found.by_order[2].value, rel=1e-4)
-    assert found.by_order[2].value > 0.05
-
-
-def test_band_limited_sky_is_not_truncated():
-    """Under shadows and bounces; order 1 would lose some."""
-    subjects = subjects_of({"ball": shapes.bumpy_sphere(3)}, BakeSettings("INTERREFLECTED", 16))
-    found = truncation([find(one, light_of(smooth_sky()), FEW) for one in subjects])
-    assert found.relative_rms.high < 2e-3
-    assert found.by_order[1].low > 0.05
-    assert found.without_suns is None
-
-
-def test_sun_is_told_and_could_be_a_lamp():
-    """Half of the light: most of the error goes with it, and the truth has converged."""
-    light = light_of(sunny_sky())
-    assert light.suns.share == pytest.approx(0.5, abs=0.01)
-    subjects = subjects_of(floor(12), BakeSettings("SHADOWED", 64))
-    found = [find(one, light, FEW) for one in subjects[:1]]
-    part = truncation(found)
-    assert part.reference_interval < 0.02
-    assert part.relative_rms.low > 0.05 > 3.0 * part.without_suns.high
-    document = surface_report(found, light.suns.share, PARTS)
-    assert "The sun carries 50% of the light: Extract Lamps would leave" in document["all"]["advice"]["truncation"]
-    document = surface_report(found, light.suns.share, PARTS, lamps=True)
-    assert "which a lamp shows in EEVEE" in document["all"]["advice"]["truncation"]
-
-
-def test_window_is_counted_and_told():
-    """A light that is not its sky's projection: its own loss, and what a new projection would leave."""
-    pixels = smooth_sky()
-    windowed = project_equirect(pixels)
-    windowed[1:] *= 0.5
-    [subject] = subjects_of({"ball": shapes.icosphere(3)}, BakeSettings("SHADOWED", 16))
-    found = [find(subject, Light(pixels, SCENE, windowed), FEW)]
-    part = truncation(found)
-    assert part.relative_rms.low > 0.05 > part.by_order[2].high
-    assert "project it again" in surface_report(found, 0.0, PARTS)["all"]["advice"]["truncation"]
-
-
-# --- sampling ---------------------------------------------------------------------------------------------------------
+from tests.core.report.surfaces import FEW, floor, half, light_of, smooth_sky, subjects_of, sunny_sky
 
 
 def measured_noise(parts, settings, light):
@@ -181,9 +53,6 @@ def test_noise_falls_with_the_samples():
     assert noise[16384] < 1e-3 < noise[256] < noise[16] < 0.2
     [open_one] = subjects_of({"ball": shapes.icosphere(3)}, BakeSettings("UNSHADOWED"))
     assert sampling([find(open_one, light, FEW)]).relative_rms.value == 0.0
-
-
-# --- tessellation -----------------------------------------------------------------------------------------------------
 
 
 def interpolation_error(cells, light):
@@ -226,9 +95,6 @@ def test_the_object_that_needs_it_is_named():
     assert shares["floor"] > 0.8 and sum(shares.values()) == pytest.approx(1.0)
     advice = surface_report(found, 0.0, PARTS)["all"]["advice"]["tessellation"]
     assert advice.startswith("Subdivide 'floor'")
-
-
-# --- the whole --------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -292,9 +158,6 @@ def test_heat_map_shows_where():
     assert np.median(errors[left]) < -0.2 and np.abs(np.median(errors[~left])) < 0.01
 
 
-# --- measures and advice ----------------------------------------------------------------------------------------------
-
-
 def test_intervals_hold_the_truth_19_times_in_20():
     """Of squared errors that are themselves noisy, weighed; of the median of a skewed distribution."""
     rng, inside = np.random.default_rng(7), [0, 0]
@@ -329,17 +192,6 @@ def test_advice_on_samples_is_true():
     better = sampling([find(subjects_of(parts, BakeSettings("SHADOWED", samples))[0], light, Effort(512, 16))])
     assert better.relative_rms.value < 0.5 * sampling(found).relative_rms.value
     assert better.relative_rms.value < 0.013
-
-
-def test_suns_are_found_by_brightness_alone():
-    """A bright quarter of the sky is none; negative texels do not hide one."""
-    sky = np.full((32, 64, 3), 0.1, dtype=np.float32)
-    sky[:16, :32] = 10.0
-    assert not find_suns(sky).matter and find_suns(sky).without is sky
-    sunny = sunny_sky()
-    sunny[0] = -1.0
-    found = find_suns(sunny)
-    assert found.matter and found.without.max() < 1.0
 
 
 def test_percent_has_two_digits():

@@ -56,7 +56,7 @@ def smooth_cube(size, table, light):
 @pytest.mark.parametrize("size", [1, 2, 7, 64])
 def test_solid_angles_cover_the_sphere(size):
     """Six faces are a sphere; a texel is the integral of its part of the face, by quadrature."""
-    angles = cube_map.solid_angles(size)
+    angles = cube_map.face_solid_angles(size)
     assert angles.shape == (size, size)
     assert np.isclose(6 * angles.sum(), 4 * np.pi, rtol=1e-13)
     node, weight = np.polynomial.legendre.leggauss(20)
@@ -68,7 +68,7 @@ def test_solid_angles_cover_the_sphere(size):
 
 def test_solid_angles_of_some_rows():
     """A part is the part of the whole."""
-    assert np.array_equal(cube_map.solid_angles(9, slice(3, 5)), cube_map.solid_angles(9)[3:5])
+    assert np.array_equal(cube_map.face_solid_angles(9, slice(3, 5)), cube_map.face_solid_angles(9)[3:5])
 
 
 @pytest.mark.parametrize("table", TABLES)
@@ -89,14 +89,14 @@ def test_hot_texel_lands_where_the_table_says(table, face):
     faces[face][row, column] = (1000, 500, 250)
     light = cube_map.project_cubemap(faces, table)
     direction = seen(table, face, (2 * column + 1) / size - 1, (2 * row + 1) / size - 1)
-    radiance = np.outer(order2(direction), (1000, 500, 250)) * cube_map.solid_angles(size)[row, column]
+    radiance = np.outer(order2(direction), (1000, 500, 250)) * cube_map.face_solid_angles(size)[row, column]
     assert np.allclose(light, radiance, rtol=0, atol=1e-12)
 
 
 @pytest.mark.parametrize("table", TABLES)
 def test_every_texel_by_hand(table):
     """One basis for six faces is the plain sum over all texels."""
-    faces, angles, light = random_cube(6), cube_map.solid_angles(6), np.zeros((9, 3))
+    faces, angles, light = random_cube(6), cube_map.face_solid_angles(6), np.zeros((9, 3))
     for face, row, column in ((f, r, c) for f in faces for r in range(6) for c in range(6)):
         direction = seen(table, face, (2 * column + 1) / 6 - 1, (2 * row + 1) / 6 - 1)
         light += np.outer(order2(direction) * angles[row, column], faces[face][row, column])

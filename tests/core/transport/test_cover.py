@@ -17,6 +17,7 @@ from prt_addon.core.transport.direct import Receivers, shadowed
 from prt_addon.core.transport.raycast import RayScene
 from tests.core import shapes
 from tests.core.baking import bake, trace_all
+from tests.core.bouncing import Scene
 from tests.core.transport.test_inside import flipped, group_of, moved, scaled
 
 SETTINGS = BakeSettings(samples=256, seed=3)
@@ -53,7 +54,7 @@ def flat(mesh, name="Flat"):
     return ReceiverGroup(name, points, normals[first], radius, faces=faces)
 
 
-def scene_of(*groups_and_meshes):
+def scene_of(*groups_and_meshes) -> Scene:
     """Groups and their meshes as a scene; the corners of all triangles show their receivers."""
     groups, meshes = zip(*groups_and_meshes, strict=True)
     starts = np.cumsum([0, *map(len, groups)])
@@ -61,7 +62,7 @@ def scene_of(*groups_and_meshes):
     return list(groups), Occluders(*shapes.joined(*meshes), np.concatenate(corners))
 
 
-def flats(*meshes):
+def flats(*meshes) -> Scene:
     return scene_of(*((flat(mesh, f"mesh {k}"), mesh) for k, mesh in enumerate(meshes)))
 
 

@@ -18,6 +18,7 @@ from prt_addon.core.transport.inside import Fill
 from prt_addon.core.workers import Workers
 from tests.core import shapes
 from tests.core.baking import Noting, bake, trace_all
+from tests.core.bouncing import Scene
 
 SETTINGS = BakeSettings(samples=128, seed=3)
 OPEN = 0.5 / np.sqrt(np.pi)
@@ -34,7 +35,7 @@ def group_of(mesh, name="Mesh"):
     return ReceiverGroup(name, vertices, normals, radius, edges=edges_of(triangles).astype(np.int32), faces=triangles)
 
 
-def scene_of(*meshes):
+def scene_of(*meshes) -> Scene:
     """Groups of all meshes, and occluders whose corners show their own vertices."""
     vertices, triangles = shapes.joined(*meshes)
     groups = [group_of(mesh, f"mesh {k}") for k, mesh in enumerate(meshes)]

@@ -227,7 +227,7 @@ def test_a_picture_cuts_out():
     scene = RayScene(vertices, triangles, opacity=Opacity(np.ones((4, 1)), (patch,)))
     x, y = (np.indices((4, 4)).reshape(2, -1) + 0.5) / 2.0 - 1.0
     above = scene.normalised(np.stack([x, y, np.full(16, -1.0)], axis=-1)).astype(np.float32)
-    hits = scene.hits(above, np.tile(np.float32([0, 0, 1]), (16, 1)))
+    hits = scene.hits(above, np.tile(np.array([0, 0, 1], dtype=np.float32), (16, 1)))
     stopped = squares[(np.arange(16) % 4), (np.arange(16) // 4), 0] > 0.5
     assert ((hits.triangle < 2) == stopped).all() and (hits.triangle >= 0).all()
 

@@ -218,3 +218,17 @@ def test_a_lost_picture_is_said(blender, part, floor, stage):
     assert "nowhere.png" in notice.sentence
     ob.data.materials[0] = principled(blender, stage)
     np.testing.assert_array_equal(whole, floor_transport(blender, part, floor)[0])
+
+
+def test_without_cycles_what_nodes_make_is_opaque(blender, part, floor, stage):
+    """Which is said; what is read needs no Cycles."""
+    card(stage, by_threshold(blender, stage))
+    blender.ops.preferences.addon_disable(module="cycles")
+    try:
+        whole, plan = floor_transport(blender, part, floor)
+    finally:
+        blender.ops.preferences.addon_enable(module="cycles")
+    (notice,) = [one for one in plan.notices if one.name == "Leaf"]
+    assert "Cycles is off" in notice.sentence
+    found, plan = floor_transport(blender, part, floor)
+    assert np.abs(found - whole).max() > 0.1 and not any(one.name == "Leaf" for one in plan.notices)
