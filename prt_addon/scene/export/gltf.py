@@ -20,25 +20,20 @@ import numpy.typing as npt
 from mathutils import Matrix
 
 from ...core.errors import PRTError
+from ...core.exchange import gltf_extras
+from ...core.exchange.gltf_extras import EXTRAS, Y_UP, SceneLight
 from ...core.layout import LAYERS
-from ...core.sphere import sh
 from ...core.sphere.rotation import rotation_matrix
-from ..light.lamps import is_lamp_of_sky
+from ..light.lamps import is_lamp_of_sky, read_lamps_of
 from ..light.light import has_light, read_lamps, read_light, read_turn, shown_light, strength_of
 from ..mesh.carrier import carrier_of, transport_mesh
 from ..mesh.layers import is_baked
 from ..mesh.meshes import own_axes
 from ..mesh.record import FORMAT_VERSION
 from ..shading.shading import own_surfaces_active
-from .gltf_meshes import EXTRAS, Writer, drop_colours, has_layers, in_own_axes
+from .gltf_meshes import Writer, drop_colours, has_layers, in_own_axes
 from .gltf_nodes import placed
 
-VERSION = 2
-"""Of the schema of the extras: the first knew no scales."""
-
-_BASIS = "real, orthonormal, without the Condon-Shortley sign, i = l(l+1) + m, Z up"
-_Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
-"""Blender's X, Y and Z, a row each, in glTF's axes, which are Y up."""
 _CHOICES = ("transport", "precision", "light")
 
 
@@ -103,7 +98,7 @@ class glTF2ExportUserExtension:
         self._scenes_left -= 1
         if self._scenes_left <= 0:
             self._undo.close()  # before the file is written, which may fail
-        axes = _Y_UP if settings.get("gltf_yup", True) else np.eye(3)
+        axes = Y_UP if settings.get("gltf_yup", True) else np.eye(3)
         light = _light_of_now(scene, settings) if self._shows_light else None
         for node, matrix in placed(gltf_scene.nodes):
             if node.mesh and has_layers(node.mesh):
@@ -150,20 +145,11 @@ def extras(scene: bpy.types.Scene, axes: npt.NDArray[np.float64]) -> dict[str, A
     Args:
         axes: (3, 3) rows, Blender's axes in those of the file.
     """
-    found: dict[str, Any] = {
-        "version": VERSION,
-        "layout": FORMAT_VERSION,
-        "order": sh.ORDER,
-        "basis": _BASIS,
-        "axes": axes.tolist(),
-        "attributes": list(LAYERS),
-    }
-    if has_light(scene.world):
-        found["light"] = read_light(scene.world).tolist()
-        found["lamps"] = read_lamps(scene.world).tolist()
-        found["turn"] = read_turn(scene.world).T.tolist()  # the columns of R
-        found["strength"] = strength_of(scene.world)
-    return found
+    world = scene.world
+    if not has_light(world):
+        return gltf_extras.written(FORMAT_VERSION, axes, None)
+    light = SceneLight(read_light(world), read_lamps(world), read_lamps_of(world), read_turn(world), strength_of(world))
+    return gltf_extras.written(FORMAT_VERSION, axes, light)
 
 
 def _light_of_now(scene: bpy.types.Scene, settings: dict[str, Any]) -> npt.NDArray[np.float64] | None:

@@ -14,11 +14,9 @@ import numpy as np
 import numpy.typing as npt
 
 from ...core.exchange import shorts
+from ...core.exchange.gltf_extras import EXTRAS
 from ...core.layout import LAYERS, OWN_AXES_BELOW
 from ...core.shown import shown
-
-EXTRAS = "prt_relight"
-"""Key in the extras of a scene, and of a primitive whose layers are rounded."""
 
 _SHORT, _FLOAT = 5122, 5126
 _COMPONENTS: dict[int, tuple[type, float]] = {
