@@ -10,6 +10,9 @@ from .prt_addon.scene.bake.before import take_back
 from .prt_addon.scene.export.gltf import (
     glTF2ExportUserExtension as glTF2ExportUserExtension,  # Blender looks for it here
 )
+from .prt_addon.scene.export.gltf_import import (
+    glTF2ImportUserExtension as glTF2ImportUserExtension,  # and for this
+)
 from .prt_addon.session import session
 from .prt_addon.worker.job import end_engine
 

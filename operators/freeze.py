@@ -8,6 +8,7 @@ from ..prt_addon.core.errors import LightError
 from ..prt_addon.core.notices import Notice, counted
 from ..prt_addon.scene.blender.modes import object_mode
 from ..prt_addon.scene.export.freeze import freeze
+from ..prt_addon.scene.mesh import carrier
 from ..prt_addon.scene.report.report import baked_objects
 from .job import WhenIdle
 from .reporting import reports_errors
@@ -41,6 +42,7 @@ class PRT_OT_freeze(WhenIdle, bpy.types.Operator):
         with object_mode(context):
             for ob in objects:
                 notices += freeze(ob, world, self.encoding)
+            carrier.sweep()
         for one in counted(notices):
             self.report({one.kind.level}, one.sentence)
         left_out = sum("is not frozen" in notice.kind.one for notice in notices)

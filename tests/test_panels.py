@@ -193,7 +193,7 @@ def test_properties_show_what_belongs_to_their_tab(blender, scene, stage, drawn)
 
 
 def test_the_exporters_sidebar(blender):
-    """Both choices, beside the export as glTF alone."""
+    """All choices, beside the export as glTF alone."""
     import headless
 
     panel = importlib.import_module(f"{headless.PACKAGE}.ui.gltf").FILE_PT_prt_gltf
@@ -201,7 +201,10 @@ def test_the_exporters_sidebar(blender):
         space = SimpleNamespace(active_operator=SimpleNamespace(bl_idname=operator))
         assert panel.poll(SimpleNamespace(space_data=space)) == wanted
     assert not panel.poll(SimpleNamespace(space_data=SimpleNamespace(active_operator=None)))
-    layout = Layout()
-    panel.draw(SimpleNamespace(layout=layout), blender.context)
-    assert layout.said == ["transport", "light"]
-    assert {*layout.said} <= {*blender.context.scene.prt.gltf.bl_rna.properties.keys()}
+    chosen = blender.context.scene.prt.gltf
+    for precision, error in (("FLOAT", 0), ("SHORT", 1)):
+        chosen.precision, layout = precision, Layout()
+        panel.draw(SimpleNamespace(layout=layout), blender.context)
+        said = [word for word in layout.said if word]
+        assert [word for word in said if word in chosen.bl_rna.properties] == ["transport", "precision", "light"]
+        assert sum("of a layer's largest number" in word for word in said) == error

@@ -23,8 +23,14 @@ class FILE_PT_prt_gltf(bpy.types.Panel):
         layout = self.layout
         layout.use_property_split = True
         layout.use_property_decorate = False
-        layout.prop(context.scene.prt.gltf, "transport")
-        layout.prop(context.scene.prt.gltf, "light")
+        chosen = context.scene.prt.gltf
+        layout.prop(chosen, "transport")
+        column = layout.column()
+        column.active = chosen.transport
+        column.prop(chosen, "precision")
+        if chosen.precision == "SHORT":
+            column.label(text="Off by 0.0015% of a layer's largest number at most")
+        layout.prop(chosen, "light")
 
 
 CLASSES = (FILE_PT_prt_gltf,)

@@ -25,7 +25,7 @@ import numpy as np
 # glTF is Y up and Blender Z up: (x, y, z) in Blender is (x, z, -y) in glTF. The transport is not converted on export.
 TO_GLTF = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 
-COMPONENTS = {5121: np.uint8, 5123: np.uint16, 5125: np.uint32, 5126: np.float32}
+COMPONENTS = {5121: np.uint8, 5122: np.int16, 5123: np.uint16, 5125: np.uint32, 5126: np.float32}
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 
 # Band 2 as a symmetric form, Y_2m(w) c_m summed = w^T Q w: the constants of the basis.
@@ -112,7 +112,7 @@ def read_baked(path: Path) -> list[BakedMesh]:
 
 def _baked(document: dict, buffers: list[bytes], primitive: dict, matrix: np.ndarray) -> BakedMesh:
     attributes = primitive["attributes"]
-    layers = [_accessor(document, buffers, attributes[f"_PRT_{i}"]) for i in range(9)]
+    layers = _layers(document, buffers, primitive)
     local = _accessor(document, buffers, attributes["POSITION"])
     positions = (local @ matrix[:3, :3].T + matrix[:3, 3]) @ TO_GLTF
     axes = np.eye(3)
@@ -124,6 +124,13 @@ def _baked(document: dict, buffers: list[bytes], primitive: dict, matrix: np.nda
     if "indices" in primitive:
         triangles = _accessor(document, buffers, primitive["indices"])[:, 0].astype(np.int64)
     return BakedMesh(positions, transport, axes, _base_color(document, primitive), triangles.reshape(-1, 3))
+
+
+def _layers(document: dict, buffers: list[bytes], primitive: dict) -> list[np.ndarray]:
+    """Nine times (N, 4). Where they are stored in 16 bits, extras of the primitive hold scales: of a layer's colour, and of its alpha."""
+    found = [_accessor(document, buffers, primitive["attributes"][f"_PRT_{i}"]) for i in range(9)]
+    scales = primitive.get("extras", {}).get("prt_relight", {}).get("scales", [(1.0, 1.0)] * 9)
+    return [layer * (colour, colour, colour, alpha) for layer, (colour, alpha) in zip(found, scales, strict=True)]
 
 
 def _base_color(document: dict, primitive: dict) -> np.ndarray:
@@ -165,7 +172,7 @@ def _accessor(document: dict, buffers: list[bytes], index: int) -> np.ndarray:
     start = view.get("byteOffset", 0) + accessor.get("byteOffset", 0)
     values = np.ndarray((accessor["count"], width), kind, buffers[view["buffer"]], start, (stride, kind.itemsize))
     if accessor.get("normalized"):
-        return values / float(np.iinfo(kind).max)
+        return np.maximum(values / float(np.iinfo(kind).max), -1.0)
     return values.astype(np.float64)
 
 

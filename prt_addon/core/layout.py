@@ -21,6 +21,9 @@ from .sphere import sh
 LAYERS = tuple(f"_PRT_{i}" for i in range(sh.coefficient_count(sh.ORDER)))
 """Names of the float colour layers, one per coefficient. The leading underscore lets glTF carry them."""
 
+FROZEN = "PRT Light"
+"""Name of the colour attribute that keeps the light of one moment, for programs that know no transport."""
+
 Space = Literal["SCENE", "OBJECT"]
 """Whose axes coefficients are in."""
 

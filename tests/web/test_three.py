@@ -82,6 +82,23 @@ def test_pixels_are_eevees(blender, stage, scene_of_all, example, browser, tmp_p
     assert red[seen][:, 0].max() > 0.1 and np.abs(red[seen][:, 1:3]).max() == 0.0
 
 
+def test_sixteen_bits_and_z_up_show_the_same(blender, scene, scene_of_all, example, browser, tmp_path):
+    """A file of half the bytes, and one with Blender's axes, seen from the camera of each."""
+    frames = []
+    for name, precision, yup in (("float", "FLOAT", True), ("short", "SHORT", True), ("z_up", "FLOAT", False)):
+        glb = tmp_path / f"{name}.glb"
+        scene.prt.gltf.precision = precision
+        blender.ops.export_scene.gltf(filepath=str(glb), export_cameras=True, export_yup=yup)
+        page = page_of(example, glb, tmp_path / f"{name}.html")
+        count, pixels = browser.open(page, ["prt.prt.count", f"prt.radiance({WIDTH}, {HEIGHT})"], WIDTH, HEIGHT)
+        assert count == 3
+        frames.append(pixels.reshape(HEIGHT, WIDTH, 4))
+    first, short, z_up = frames
+    seen = first[..., 3] > 0.999
+    assert seen.mean() > 0.3 and 0.0 < relative_rms(short[seen], first[seen]) < 2e-4
+    assert relative_rms(z_up[seen], first[seen]) < 0.01  # edges fall on other pixels
+
+
 SIX_COLOURED = """(() => {
   const { DataTexture, EquirectangularReflectionMapping, FloatType, LinearFilter, RGBAFormat } = example.three;
   const colours = [[0, 1, 3, 0, 0], [0, -1, 0, 2, 0], [1, 1, 0, 0, 4], [1, -1, 2, 2, 0], [2, 1, 0, 3, 3], [2, -1, 1, 0, 2]];

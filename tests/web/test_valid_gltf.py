@@ -42,13 +42,14 @@ def varied(blender, scene, stage):
 
 
 @pytest.mark.once
+@pytest.mark.parametrize("precision", ["FLOAT", "SHORT"])
 @pytest.mark.parametrize("light", [False, True])
 @pytest.mark.parametrize("applied", [False, True])
 @pytest.mark.parametrize("form", ["GLB", "GLTF_SEPARATE"])
-def test_nothing_to_complain_about(blender, scene, varied, tmp_path, form, applied, light):
-    """With modifiers applied and not, with the light of now and without, in one file and in several."""
+def test_nothing_to_complain_about(blender, scene, varied, tmp_path, form, applied, light, precision):
+    """With modifiers applied and not, with the light of now and without, in floats and in 16 bits, in one file and in several."""
     path = tmp_path / ("scene.glb" if form == "GLB" else "scene.gltf")
-    scene.prt.gltf.light = light
+    scene.prt.gltf.light, scene.prt.gltf.precision = light, precision
     assert blender.ops.export_scene.gltf(filepath=str(path), export_format=form, export_apply=applied) == {"FINISHED"}
     assert b'"_PRT_8"' in path.read_bytes() and complaints(path) == []
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import bpy
+import numpy as np
 from mathutils import Vector
 
 from ...core.sky.lamps import Lamp, Lamps, followed
@@ -92,6 +93,20 @@ def suns_of(world: bpy.types.World) -> list[bpy.types.Object]:
     """The lamps of a world, the brightest spot's first."""
     collection = lamps_of(world)
     return [ob for ob in collection.objects if ob.type == "LIGHT"] if collection else []
+
+
+def read_lamps_of(world: bpy.types.World) -> Lamps:
+    """The lamps of a world as they stand now; what share of the sky they are is not known."""
+    found, total = [], np.zeros(3)
+    for sun in suns_of(world):
+        irradiance = np.array(sun.data.color) * sun.data[_IRRADIANCE]
+        direction = np.array(sun.rotation_quaternion.to_matrix().col[2])
+        found.append(Lamp(direction, float(irradiance.mean()), sun.data.angle / 2.0))
+        total += irradiance
+    if not total.any():
+        return Lamps()
+    red, green, blue = (total / total.mean()).tolist()
+    return Lamps(tuple(found), (red, green, blue))
 
 
 def keyframe_lamps(sky: Sky, frames: Sequence[int], found: Sequence[Lamps]) -> None:

@@ -17,9 +17,10 @@ import bpy
 import numpy as np
 import numpy.typing as npt
 
+from ...core.layout import LAYERS
 from ..blender.libraries import is_own
 from ..blender.modes import by_uid
-from .carrier_group import CARRIER_ENTRY, carrier_group, is_carrier_group
+from .carrier_group import CARRIER_ENTRY, LightKind, carrier_group, is_carrier_group
 from .meshes import Domain, corner_vertices, face_starts, layer_array
 
 MODIFIER = "PRT"
@@ -96,6 +97,15 @@ def hang(ob: bpy.types.Object, geometry: Geometry, domain: Domain) -> bpy.types.
     _set_entry(modifier, carrier)
     ob.modifiers.move(ob.modifiers.find(modifier.name), len(ob.modifiers) - 1)
     return carrier.data
+
+
+def show_light(ob: bpy.types.Object, light: LightKind) -> None:
+    """Have an object's modifier copy frozen light, too, which lies on its carrier beside the layers. Call `sweep` afterwards."""
+    modifier, carrier = _modifier(ob), carrier_of(ob)
+    if modifier and carrier:
+        domain: Domain = "POINT" if carrier.data.attributes[LAYERS[0]].domain == "POINT" else "CORNER"
+        modifier.node_group = carrier_group(domain, light)
+        _set_entry(modifier, carrier)
 
 
 @dataclass(frozen=True)

@@ -3,16 +3,21 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import bpy
 
-from ...core.layout import LAYERS
+from ...core.layout import FROZEN, LAYERS
 from ..blender.versions import version_of
 from .meshes import Domain
 
 CARRIER_ENTRY = "Carrier"
 _VERSION = "prt_carrier_version"
 _GROUP_VERSION = 1
-_DOMAIN = "prt_domain"
+_DOMAIN, _LIGHT = "prt_domain", "prt_light"
+LightKind = Literal["", "FLOAT_COLOR", "BYTE_COLOR"]
+"""As what a group copies frozen light, too; empty if it copies none."""
+_WITH: dict[LightKind, str] = {"": "", "FLOAT_COLOR": ", Light", "BYTE_COLOR": ", Light in Bytes"}
 _INTO_FACE = 0.02
 """How far a corner is looked up inside of its face: on a hard edge, the nearest surface may be the other face."""
 
@@ -22,24 +27,29 @@ def is_carrier_group(tree: bpy.types.NodeTree | None) -> bool:
     return tree is not None and _VERSION in tree
 
 
-def carrier_group(domain: Domain) -> bpy.types.NodeTree:
-    """The group for layers on points or corners, built on first use and shared by all objects of the file."""
+def carrier_group(domain: Domain, light: LightKind = "") -> bpy.types.NodeTree:
+    """The group for layers on points or corners, built on first use and shared by all objects of the file.
+
+    Args:
+        light: whether it copies frozen light with them, and as what.
+    """
     for tree in bpy.data.node_groups:
         ours = is_carrier_group(tree) and tree.library is None and version_of(tree, _VERSION) == _GROUP_VERSION
-        if ours and tree[_DOMAIN] == domain:
+        if ours and tree[_DOMAIN] == domain and tree.get(_LIGHT, "") == light:
             return tree
-    tree = bpy.data.node_groups.new(f"PRT Carrier ({domain.title()}s)", "GeometryNodeTree")
-    tree[_VERSION], tree[_DOMAIN] = _GROUP_VERSION, domain
+    tree = bpy.data.node_groups.new(f"PRT Carrier ({domain.title()}s{_WITH[light]})", "GeometryNodeTree")
+    tree[_VERSION], tree[_DOMAIN], tree[_LIGHT] = _GROUP_VERSION, domain, light
     tree.is_modifier = True
-    _Builder(tree, domain).build()
+    _Builder(tree, domain, light).build()
     return tree
 
 
 class _Builder:
     """Two chains of nodes that each store all layers, and a switch between them by the counts: one alone is evaluated."""
 
-    def __init__(self, tree: bpy.types.NodeTree, domain: Domain) -> None:
+    def __init__(self, tree: bpy.types.NodeTree, domain: Domain, light: LightKind) -> None:
         self._tree, self._domain = tree, domain
+        self._stored = [(name, "FLOAT_COLOR") for name in LAYERS] + ([(FROZEN, light)] if light else [])
         self._row = 0
 
     def build(self) -> None:
@@ -73,7 +83,7 @@ class _Builder:
         where: bpy.types.NodeSocket,
     ) -> bpy.types.NodeSocket:
         """Store each layer on a geometry, sampled from the carrier by a kind of node."""
-        for name in LAYERS:
+        for name, stored in self._stored:
             value = self._node("GeometryNodeInputNamedAttribute", 4)
             value.data_type = "FLOAT_COLOR"
             value.inputs["Name"].default_value = name
@@ -85,7 +95,7 @@ class _Builder:
             self._link(_colour(value.outputs), _colour(sample.inputs))
             self._link(where, sample.inputs[entry])
             store = self._node("GeometryNodeStoreNamedAttribute", 6)
-            store.data_type, store.domain = "FLOAT_COLOR", self._domain
+            store.data_type, store.domain = stored, self._domain
             store.inputs["Name"].default_value = name
             self._link(geometry, store.inputs["Geometry"])
             self._link(_colour(sample.outputs), _colour(store.inputs))

@@ -3,6 +3,7 @@
 
 import importlib.util
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -197,6 +198,124 @@ def test_the_light_of_now_as_vertex_colours(blender, scene, part, ball, exported
     np.testing.assert_allclose(written["COLOR_1"][:, :3], np.tile((0.2, 0.4, 0.6), (len(wanted), 1)), atol=0.01)
     assert ("_PRT_0" in written) == transport
     assert ("prt_relight" in document["scenes"][0].get("extras", {})) == transport
+
+
+def transport_of(example, path):
+    """By the number of vertices, the transport of each mesh of a file and the light it shows."""
+    light = example.read_light(path)
+    return {len(mesh.positions): (mesh.transport, example.relight(mesh, light)) for mesh in example.read_baked(path)}
+
+
+def test_sixteen_bits_are_half_the_bytes(blender, scene, part, ball, exported, example, tmp_path, capfd):
+    """By scales in the extras it is the same transport in either axes but for the rounding, of which the report says how much it is."""
+    blender.data.objects["Box"].prt.space = "OBJECT"
+    blender.ops.prt.bake(mode="INTERREFLECTED", samples=32)
+    exported(tmp_path / "float.glb")
+    scene.prt.gltf.precision = "SHORT"
+    capfd.readouterr()
+    document, _ = exported(tmp_path / "short.glb")
+    said = "".join(capfd.readouterr())
+    for mesh in document["meshes"]:
+        [primitive] = mesh["primitives"]
+        for name in part("layers").LAYERS:
+            accessor = document["accessors"][primitive["attributes"][name]]
+            assert (accessor["componentType"], accessor["normalized"], accessor["type"]) == (5122, True, "VEC4")
+            assert document["bufferViews"][accessor["bufferView"]]["byteLength"] == 8 * accessor["count"]
+        assert np.shape(primitive["extras"]["prt_relight"]["scales"]) == (9, 2)
+    wanted, found = (transport_of(example, tmp_path / f"{name}.glb") for name in ("float", "short"))
+    assert wanted.keys() == found.keys() and len(wanted) == 2
+    error = sum(((found[n][0] - wanted[n][0]) ** 2).sum() for n in wanted)
+    whole = sum((wanted[n][0] ** 2).sum() for n in wanted)
+    reported = float(re.search(r"change the transport by ([\d.]+)% \(relative RMS\)", said)[1]) / 100.0
+    assert 0.0 < reported < 1e-4 and reported == pytest.approx(np.sqrt(error / whole), abs=1e-6)
+    for vertices in wanted:
+        np.testing.assert_allclose(found[vertices][1], wanted[vertices][1], atol=2e-4)
+
+
+def colours_of_nodes(example, path, marked):
+    """(transport, `COLOR_0`) of all nodes whose meshes are in own axes, or of all whose are not."""
+    document, chunk = example._open(path)
+    buffers = [example._buffer(buffer, chunk, path.parent) for buffer in document["buffers"]]
+    found = []
+    for node in document["nodes"]:
+        if "mesh" in node:
+            [primitive] = document["meshes"][node["mesh"]]["primitives"]
+            layers = example._layers(document, buffers, primitive)
+            if (layers[0][0, 3] < -1.5) == marked:
+                transport = np.stack([layer[:, :3] for layer in layers], axis=1)
+                colours = primitive["attributes"].get("COLOR_0")
+                found.append((transport, None if colours is None else example._accessor(document, buffers, colours)))
+    return found
+
+
+@pytest.fixture
+def turned(blender, scene, ball):
+    """The ball in its own axes: itself, a linked duplicate below a turned parent, and an instance of a collection; their matrices."""
+    ball.prt.space, ball.rotation_euler = "OBJECT", (0.5, 0.2, -1.0)
+    scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0.1
+    blender.ops.prt.bake(mode="SHADOWED", samples=32)
+    parent = blender.data.objects.new("Parent", None)
+    parent.rotation_euler, parent.scale = (0.3, 1.2, 0.4), (1.0, 2.0, 1.0)
+    scene.collection.objects.link(parent)
+    twin = ball.copy()
+    twin.parent, twin.rotation_euler = parent, (0.0, 0.0, 0.0)
+    scene.collection.objects.link(twin)
+    inside = blender.data.collections.new("Inside")
+    inside.objects.link(ball)
+    inside.objects.link(blender.data.objects["Box"])
+    instance = blender.data.objects.new("Instance", None)
+    instance.instance_type, instance.instance_collection = "COLLECTION", inside
+    instance.rotation_euler, instance.location = (1.0, 0.0, 2.0), (5.0, 0.0, 0.0)
+    scene.collection.objects.link(instance)
+    blender.context.view_layer.update()
+    return [ball.matrix_world, twin.matrix_world, instance.matrix_world @ ball.matrix_world]
+
+
+@pytest.mark.parametrize("precision", ["FLOAT", "SHORT"])
+@pytest.mark.parametrize("yup", [True, False])
+def test_each_turned_object_shows_its_own_light(
+    scene, part, stage, turned, exported, example, tmp_path, yup, precision
+):
+    """They share their transport, and no colours; what is baked for the scene shows one light wherever it is instanced, as in EEVEE."""
+    scene.prt.gltf.light, scene.prt.gltf.precision = True, precision
+    document, _ = exported(tmp_path / "turned.glb", export_yup=yup)
+    light, rotation = part("light").shown_light(scene.world), part("rotation").rotation_matrix
+    found = colours_of_nodes(example, tmp_path / "turned.glb", marked=True)
+    wanted = []
+    for matrix in turned:
+        axes = np.array(matrix)[:3, :3] / np.linalg.norm(np.array(matrix)[:3, :3], axis=0)
+        seen = np.einsum("nic,ic->nc", found[0][0], rotation(axes.T) @ light)
+        wanted.append(np.minimum(stage.without_negatives(seen), 1.0))
+    assert len(found) == 3 and np.abs(wanted[0] - wanted[1]).max() > 0.05 < np.abs(wanted[1] - wanted[2]).max()
+    for colours in wanted:
+        assert sum(np.allclose(each[1][:, :3], colours, atol=1e-4) for each in found) == 1
+    boxes = colours_of_nodes(example, tmp_path / "turned.glb", marked=False)
+    assert len(boxes) == 2 and np.array_equal(boxes[0][1], boxes[1][1])
+    layers = [mesh["primitives"][0]["attributes"]["_PRT_0"] for mesh in document["meshes"]]
+    assert len(layers) == 4 and len(set(layers)) == 2
+    axes = document["scenes"][0]["extras"]["prt_relight"]["axes"]
+    assert (axes == np.eye(3).tolist()) != yup
+
+
+def test_skinned_meshes_in_own_axes_are_left_out_by_name(blender, scene, ball, exported, tmp_path, capfd):
+    """As glTF puts them where their bones are, whatever the object's axes; the rest has its colours."""
+    ball.prt.space = "OBJECT"
+    scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0.1
+    blender.ops.prt.bake(mode="UNSHADOWED")
+    bones = blender.data.objects.new("Bones", blender.data.armatures.new("Bones"))
+    scene.collection.objects.link(bones)
+    blender.context.view_layer.objects.active = bones
+    blender.ops.object.mode_set(mode="EDIT")
+    bones.data.edit_bones.new("Bone").tail = (0.0, 0.0, 1.0)
+    blender.ops.object.mode_set(mode="OBJECT")
+    ball.parent = bones
+    ball.modifiers.new("Armature", "ARMATURE").object = bones
+    ball.vertex_groups.new(name="Bone").add(range(len(ball.data.vertices)), 1.0, "ADD")
+    scene.prt.gltf.light = True
+    capfd.readouterr()
+    _, meshes = exported(tmp_path / "skinned.glb")
+    assert "'Ball' has no light as vertex colors" in "".join(capfd.readouterr())
+    assert "JOINTS_0" in meshes["Sphere"] and "COLOR_0" not in meshes["Sphere"] and "COLOR_0" in meshes["Cube"]
 
 
 def test_a_world_without_light_is_said(scene, ball, exported, tmp_path, capfd):

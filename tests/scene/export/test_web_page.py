@@ -16,7 +16,7 @@ def settings_of(blender, scene):
         "render": [render.engine, render.filepath, render.resolution_percentage, render.film_transparent],
         "image": [render.image_settings.file_format, render.image_settings.color_mode, render.image_settings.quality],
         "view": [view.view_transform, view.look, view.exposure, view.gamma],
-        "gltf": [scene.prt.gltf.transport, scene.prt.gltf.light],
+        "gltf": [scene.prt.gltf.transport, scene.prt.gltf.precision, scene.prt.gltf.light],
         "blocks": [
             sorted(block.name for block in getattr(blender.data, kind))
             for kind in ("images", "scenes", "objects", "worlds")
@@ -177,7 +177,7 @@ def looked_up(table, colours):
 
 def test_the_scene_is_as_it_was(blender, scene, ball, tmp_path):
     """Afterwards, with a still in the page; and the person's own choices for glTF do not matter."""
-    scene.prt.gltf.transport, scene.prt.gltf.light = False, True
+    scene.prt.gltf.transport, scene.prt.gltf.precision, scene.prt.gltf.light = False, "SHORT", True
     before = settings_of(blender, scene)
     path = tmp_path / "page"
     assert blender.ops.prt.export_web_page(filepath=str(path)) == {"FINISHED"}

@@ -13,6 +13,19 @@ export const BAKED_BELOW = -0.5;
 /** Alpha of the first layer, where the transport is in the object's own axes. */
 export const OWN_AXES_BELOW = -1.5;
 
+/** What a layer's colour and alpha are multiplied by, where a file stores it in 16 bits. */
+export type LayerScales = readonly [colour: number, alpha: number];
+
+/** The scales in the extras of a glTF file's primitive; 1 where there are none, as of floats. */
+export function layerScales(extras: unknown): readonly LayerScales[] {
+  const { scales } = (extras ?? {}) as { scales?: readonly LayerScales[] };
+  if (!scales) return LAYERS.map(() => [1, 1]);
+  if (scales.length !== COEFFICIENTS || scales.some((pair) => pair.length !== 2 || !pair.every(Number.isFinite))) {
+    throw new Error(`A primitive's extras hold ${COEFFICIENTS} pairs of scales, and not these.`);
+  }
+  return scales;
+}
+
 /** Nine RGB coefficients of a sky, one after the other: 27 numbers, linear radiance. */
 export type Light = Float64Array;
 

@@ -3,7 +3,7 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { aboutZ, applied, lightOf, shown, standard, sumTransport, sumUnshadowed, TABLE_TOP, tableCoordinate, unshadowed, type Vector3, withoutNegatives } from "../src/index.js";
+import { aboutZ, applied, layerScales, lightOf, shown, standard, sumTransport, sumUnshadowed, TABLE_TOP, tableCoordinate, unshadowed, type Vector3, withoutNegatives } from "../src/index.js";
 import { golden, near } from "./golden.js";
 
 const numbers = golden<{
@@ -19,6 +19,15 @@ test("the light of whole meshes is that of their vertices, whatever their layers
   const light = lightOf(numbers.light), scales = [0.5, 2, 4, 8, 0.25, 1, 16, 32, 64], out = new Float32Array(3 * numbers.transport.length);
   sumTransport(numbers.transport.flatMap((rows) => rows.flatMap((rgb, i) => rgb.map((value) => value / scales[i]!))), scales, light, out);
   numbers.shown.forEach((wanted, k) => near(withoutNegatives([...out.subarray(3 * k, 3 * k + 3)] as unknown as Vector3), wanted, 1e-6));
+});
+
+test("the scales of layers: those of the extras, 1 without, and no others", () => {
+  const pairs = numbers.light.map((_, i) => [0.1 * i, 2]);
+  assert.deepEqual(layerScales({ scales: pairs }), pairs);
+  assert.deepEqual(layerScales(undefined), pairs.map(() => [1, 1]));
+  for (const broken of [pairs.slice(1), pairs.map(() => [1]), pairs.map(() => [NaN, 1])]) {
+    assert.throws(() => layerScales({ scales: broken }), /9 pairs of scales/);
+  }
 });
 
 test("without transport it is that of their normals, which are turned and may have any length", () => {

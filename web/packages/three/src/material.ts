@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A mesh whose material takes its diffuse sky light from transport. Lamps, shadow maps and reflections stay three's own.
 
-import { GLSL_WITHOUT_NEGATIVES, LAYERS, type Light, OWN_AXES_BELOW } from "@prt-relight/core";
+import { GLSL_WITHOUT_NEGATIVES, LAYERS, layerScales, type Light, OWN_AXES_BELOW } from "@prt-relight/core";
 import { type BufferAttribute, DataTexture, FloatType, type Mesh, type MeshStandardMaterial, NearestFilter, RGBAFormat } from "three";
 
 const WIDTH = 4095; // of the texture: a multiple of the nine layers
@@ -65,9 +65,11 @@ export class TransportTexture {
     const { geometry } = mesh, layers = NAMES.map((name) => geometry.getAttribute(name) as BufferAttribute);
     const vertices = layers[0]!.count, height = Math.max(1, Math.ceil((9 * vertices) / WIDTH));
     const data = new Float32Array(4 * WIDTH * height);
+    const scales = layerScales(geometry.userData["prt_relight"]);
     layers.forEach((layer, i) => {
+      const [colour, alpha] = scales[i]!;
       for (let vertex = 0; vertex < vertices; vertex++) {
-        for (let k = 0; k < 4; k++) data[4 * (9 * vertex + i) + k] = layer.getComponent(vertex, k);
+        for (let k = 0; k < 4; k++) data[4 * (9 * vertex + i) + k] = layer.getComponent(vertex, k) * (k < 3 ? colour : alpha);
       }
     });
     this.inOwnAxes = data[3]! < OWN_AXES_BELOW;

@@ -8,10 +8,11 @@ import {
 import { type BufferGeometry, type DataTexture, DataUtils, FloatType, HalfFloatType, Matrix4, type Mesh, type Object3D, type Scene } from "three";
 import { BakedMaterial, isBaked, TransportTexture } from "./material.js";
 
-/** Blender's X, Y and Z in three's axes, which are Y up. */
-const AXES: Matrix3 = fromColumns([1, 0, 0], [0, 0, -1], [0, 1, 0]);
+/** Blender's X, Y and Z in three's axes, which are Y up, unless a file says otherwise. */
+const Y_UP: readonly [Vector3, Vector3, Vector3] = [[1, 0, 0], [0, 0, -1], [0, 1, 0]];
 
 interface Extras {
+  readonly axes?: readonly [Vector3, Vector3, Vector3];
   readonly light?: readonly (readonly number[])[];
   readonly turn?: readonly Vector3[];
   readonly strength?: number;
@@ -21,6 +22,7 @@ interface Extras {
 export class PRTRelight {
   private readonly meshes: { mesh: Mesh; material: BakedMaterial }[] = [];
   private readonly textures = new Map<BufferGeometry, TransportTexture>();
+  private readonly axes: Matrix3;
   private light: Light = new Float64Array(27);
   private turn: Matrix3 = IDENTITY;
   private angle = 0;
@@ -29,7 +31,8 @@ export class PRTRelight {
 
   /** Takes over what is baked below an object; extras are what the file says of its light, `scene.userData.prt_relight`. */
   constructor(root: Object3D, extras?: unknown) {
-    const { light, turn, strength } = (extras ?? {}) as Extras;
+    const { axes, light, turn, strength } = (extras ?? {}) as Extras;
+    this.axes = fromColumns(...(axes ?? Y_UP));
     if (light && turn && strength !== undefined) {
       this.light = lightOf(light);
       this.turn = fromColumns(...(turn as [Vector3, Vector3, Vector3]));
@@ -95,7 +98,7 @@ export class PRTRelight {
     const light = this.shown();
     for (const { mesh, material } of this.meshes) this.show(mesh, material, light);
     if (!this.background) return;
-    const m = transposed(multiplied(multiplied(AXES, this.turned()), transposed(AXES)));
+    const m = transposed(multiplied(multiplied(this.axes, this.turned()), transposed(this.axes)));
     const turn = new Matrix4().set(m[0], m[1], m[2], 0, m[3], m[4], m[5], 0, m[6], m[7], m[8], 0, 0, 0, 0, 1);
     this.background.backgroundRotation.setFromRotationMatrix(turn);
     this.background.environmentRotation.copy(this.background.backgroundRotation);
@@ -106,7 +109,7 @@ export class PRTRelight {
     if (!material.inOwnAxes) return material.show(light);
     const e = mesh.matrixWorld.elements;
     const world: Matrix3 = [e[0]!, e[4]!, e[8]!, e[1]!, e[5]!, e[9]!, e[2]!, e[6]!, e[10]!];
-    material.show(turned(light, unitColumns(multiplied(multiplied(transposed(AXES), world), AXES))));
+    material.show(turned(light, unitColumns(multiplied(multiplied(transposed(this.axes), world), this.axes))));
   }
 }
 

@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Layers of transport in a glTF file that Blender is about to import, and on the meshes that it has made of them."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+import bpy
+import numpy as np
+import numpy.typing as npt
+
+from ...core.errors import PRTError
+from ...core.exchange import shorts
+from ...core.exchange.gltf_extras import EXTRAS
+from ...core.layout import BAKED_BELOW, LAYERS, OWN_AXES_BELOW
+from ...core.problem import BakeSettings
+from ..mesh.layers import is_baked
+from ..mesh.meshes import layer_array
+from ..mesh.record import write_record
+
+_FLOAT = 5126
+
+
+def widen(gltf: Any) -> None:
+    """Have layers of 16 bits be floats before Blender looks for them: it would leave them out.
+
+    Raises:
+        PRTError: if their scales are not what is written.
+    """
+    for mesh in gltf.data.meshes or ():
+        for primitive in mesh.primitives:
+            extras = primitive.extras if isinstance(primitive.extras, dict) else {}
+            if EXTRAS in extras and all(name in primitive.attributes for name in LAYERS):
+                _widen(gltf, primitive, _scales(extras[EXTRAS], mesh.name))
+
+
+def _widen(gltf: Any, primitive: Any, scales: npt.NDArray[np.float64]) -> None:
+    layers = np.stack([_decoded(gltf, primitive.attributes[name]) for name in LAYERS], axis=1)
+    floats = shorts.restored(layers, scales)
+    for i, name in enumerate(LAYERS):
+        primitive.attributes[name] = _added(gltf, primitive.attributes[name], floats[:, i])
+
+
+def _scales(extras: Any, mesh: str | None) -> npt.NDArray[np.float64]:
+    try:
+        found = np.array(extras["scales"], dtype=np.float64)
+    except (KeyError, TypeError, ValueError):
+        found = np.zeros(0)
+    if found.shape != (len(LAYERS), 2) or not np.isfinite(found).all():
+        raise PRTError(f"the scales of mesh '{mesh}' are missing, or not {len(LAYERS)} pairs of numbers")
+    return found
+
+
+def _decoded(gltf: Any, index: int) -> npt.NDArray[np.float32]:
+    """(N, 4) what an accessor holds, normalised ones in -1 to 1."""
+    from io_scene_gltf2.io.imp.gltf2_io_binary import BinaryData  # the importer calls us: it is there
+
+    found: npt.NDArray[np.float32] = BinaryData.decode_accessor_obj(gltf, gltf.data.accessors[index])
+    return found
+
+
+def _added(gltf: Any, like: int, values: npt.NDArray[np.float32]) -> int:
+    """Index of a new accessor of floats (N, 4), in a buffer of its own."""
+    accessor = copy.copy(gltf.data.accessors[like])
+    view = copy.copy(gltf.data.buffer_views[accessor.buffer_view])
+    buffer = max([len(gltf.data.buffers or ()) - 1, *gltf.buffers]) + 1
+    gltf.buffers[buffer] = values.tobytes()
+    view.buffer, view.byte_offset, view.byte_length, view.byte_stride = buffer, 0, values.nbytes, None
+    gltf.data.buffer_views.append(view)
+    accessor.buffer_view, accessor.byte_offset = len(gltf.data.buffer_views) - 1, None
+    accessor.component_type, accessor.normalized, accessor.sparse = _FLOAT, None, None
+    gltf.data.accessors.append(accessor)
+    return len(gltf.data.accessors) - 1
+
+
+def take_over(mesh: bpy.types.Mesh) -> bool:
+    """Make a mesh that was imported a baked one, if it has layers; True then. Nothing tells what its bake depended on."""
+    if not is_baked(mesh) or any(mesh.attributes[name].data_type != "FLOAT_COLOR" for name in LAYERS):
+        return False
+    marks = layer_array(mesh, LAYERS[0], "color", 4)[:, 3]
+    if not (marks < BAKED_BELOW).any():
+        return False
+    colours = mesh.color_attributes
+    if colours.active_color_name in LAYERS:
+        colours.active_color_name = ""
+    if colours.default_color_name in LAYERS:
+        colours.default_color_name = ""
+    space = "OBJECT" if marks.min() < OWN_AXES_BELOW else "SCENE"
+    elements = (len(mesh.vertices), len(mesh.loops))
+    write_record(
+        mesh, mesh.attributes[LAYERS[0]].domain, BakeSettings(mode="SHADOWED", samples=0), space, None, elements
+    )
+    return True
