@@ -89,7 +89,9 @@ def test_unread_colours_of_instances(blender, part, scene, stage, monkeypatch, k
     ground = stage.object_of("Ground", stage.grid(1), location=(0, 0, -1))
     module, counted = part("cycles_colour"), part("notices").counted
     evaluated: list[str] = []
-    monkeypatch.setattr(module, "_pass_at_corners", recording(module._pass_at_corners, evaluated, of=lambda *arguments: arguments[1]))
+    monkeypatch.setattr(
+        module, "_pass_at_corners", recording(module._pass_at_corners, evaluated, of=lambda *arguments: arguments[1])
+    )
     albedo, plan = plan_albedo(part, blender, ground)
     assert evaluated == ["DIFFUSE"] * evaluations
     assert [one.names for one in counted(plan.notices) if "Cycles evaluated it" in one.sentence] == [("Placed",)], (
