@@ -54,7 +54,7 @@ _PHRASES: dict[Cause, str] = {
 
 @dataclass(frozen=True)
 class Freshness:
-    """How it stands with the bake of one object.
+    """What is known of the bake of one object: whether it is stale, and why.
 
     state: NEVER baked, UNKNOWN because an older version or another program baked it, NEWER because a newer version
         did, UNCHECKED (only `glance`), FRESH or STALE.
@@ -67,7 +67,7 @@ class Freshness:
 
     @property
     def lines(self) -> list[str]:
-        """What to tell a person: a headline, and then what there is to say about it."""
+        """What users read: a headline, and then each cause."""
         details = [_ADVICE[self.state]] if self.state in _ADVICE else self.causes.values()
         return [_HEADLINES[self.state], *details]
 
@@ -117,7 +117,7 @@ def listed_stale(scene: bpy.types.Scene) -> list[Freshness]:
 
 
 def note_baked(objects: Iterable[bpy.types.Object], as_read: bool = True) -> None:
-    """Objects were baked just now: what a check would find is known without looking, if they are as they were read."""
+    """Note that objects were baked just now: what a check would find is known without one, if they are as they were read."""
     for ob in objects:
         for listed in session.stale.values():
             listed.pop(ob.session_uid, None)
@@ -129,13 +129,13 @@ def note_baked(objects: Iterable[bpy.types.Object], as_read: bool = True) -> Non
 
 
 def preview_notices(objects: Iterable[bpy.types.Object]) -> list[Notice]:
-    """A notice on each object that shows a preview: of a bake that runs, that was kept, or that a file was saved amid."""
+    """Make a notice on each object that shows a preview: of a bake that runs, was kept, or was not over when the file was saved."""
     records = [(ob.name, _record(ob)) for ob in objects]
     return [Notice(_PREVIEW, name, {"rays": _seen(record)}) for name, record in records if record and record.preview_of]
 
 
 def glance(context: bpy.types.Context, ob: bpy.types.Object, settings: BakeSettings | None = None) -> Freshness:
-    """What can be told of an object without reading its mesh: cheap enough to be drawn.
+    """Judge the bake of an object without reading its mesh: cheap enough to be drawn.
 
     Moves, other settings and other numbers of vertices are seen at once, all else as the last check found it.
     Arguments as those of `freshness`.

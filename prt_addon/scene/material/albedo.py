@@ -35,7 +35,7 @@ DEFAULT_COLOUR = (0.8, 0.8, 0.8)
 
 @dataclass(frozen=True)
 class SurfaceAlbedo:
-    """Albedo of one object's triangles: constants (T, 3), patterns over some of them, and what could not be followed.
+    """Albedo of one object's triangles: constants (T, 3), patterns over some of them, and what could not be read.
 
     notices: each with the name of its material.
     identity: digest of all that light takes on.
@@ -218,7 +218,7 @@ class AlbedoDraft:
     request: ColourRequest | None = None
 
     def complete(self) -> SurfaceAlbedo:
-        """Have Cycles evaluate the rest. To be called once nothing renders any more."""
+        """Have Cycles evaluate what is left; to be called once nothing renders any more."""
         colours = self.request.corner_colours() if self.request else None
         notices = []
         for index, one in self.unread.items():

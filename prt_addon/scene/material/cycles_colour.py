@@ -53,14 +53,14 @@ _ASK_FOR_PLACE = {
 
 @dataclass(frozen=True)
 class Unread:
-    """A material that Cycles shall evaluate; `colour` is what is wanted of it, None for the whole."""
+    """A material that Cycles is to evaluate; `colour` is the colour that is wanted of it, None for the whole material."""
 
     material: bpy.types.Material
     colour: Colour | None = None
 
 
 class ColourRequest:
-    """A mesh that waits for Cycles: a copy, as the object it was evaluated for may be gone by then."""
+    """A mesh that Cycles is to colour: a copy, as the object it was evaluated for may be gone by then."""
 
     def __init__(self, ob: bpy.types.Object, matrix: npt.NDArray[np.float64], slots: Mapping[int, Unread]) -> None:
         self._mesh = bpy.data.meshes.new_from_object(ob)
@@ -122,7 +122,7 @@ class ColourRequests:
         self._shared: dict[object, ColourRequest] = {}
 
     def add(self, ob: bpy.types.Object, matrix: npt.NDArray[np.float64], slots: Mapping[int, Unread]) -> ColourRequest:
-        """For an evaluated object's mesh under a (4, 4) matrix.
+        """Request the colours of an evaluated object's mesh under a (4, 4) matrix.
 
         Args:
             slots: which material slots, and their materials.
@@ -137,7 +137,7 @@ class ColourRequests:
         return request
 
     def close(self) -> None:
-        """Remove all that they left in the file."""
+        """Remove all that the requests left in the file."""
         for request in self._requests:
             request.close()
         self._requests.clear()

@@ -31,14 +31,14 @@ class Constant:
 
 @dataclass(frozen=True)
 class Source:
-    """What an output of a node gives, in the material's own tree, or in that of the group that an `Inside` names."""
+    """The output of a node that gives a value, in the material's own tree, or in that of the group that an `Inside` names."""
 
     socket: bpy.types.NodeSocket
 
 
 @dataclass(frozen=True)
 class Inside:
-    """What is found inside a node group."""
+    """A value inside a node group."""
 
     group: bpy.types.Node
     colour: Colour
@@ -46,7 +46,7 @@ class Inside:
 
 @dataclass(frozen=True)
 class Mixed:
-    """`first` where the factor is 0, `second` where it is 1."""
+    """A mix: `first` where the factor is 0, `second` where it is 1."""
 
     factor: Colour
     first: Colour
@@ -55,7 +55,7 @@ class Mixed:
 
 @dataclass(frozen=True)
 class Sum:
-    """Both at once."""
+    """A sum of two values."""
 
     first: Colour
     second: Colour

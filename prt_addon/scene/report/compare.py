@@ -34,7 +34,7 @@ _EEVEE_SAMPLES = 16
 
 @dataclass(frozen=True)
 class Pictures:
-    """How to render.
+    """The settings of the pictures to compare.
 
     size: of the longer side, at most, in pixels.
     samples: of Cycles, per pixel, twice.
@@ -48,7 +48,7 @@ class Pictures:
 
 @dataclass(frozen=True)
 class Compared:
-    """The result: numbers, and FLIP where it could be measured."""
+    """The result of a comparison: numbers, and FLIP where it could be measured."""
 
     difference: PictureDifference
     flip: float | None
