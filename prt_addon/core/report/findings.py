@@ -106,20 +106,20 @@ def find(subject: Subject, light: Lighting, effort: Effort, workers: Workers = A
     fresh = with_corners[_thinned(len(with_corners), rays)]
     at_points, between = _fresh(subject, _some(clear, fresh), shown_light, effort, workers)
     return Findings(
-        subject.group.name,
-        weights,
-        shown,
-        radiance[:, :, 0],
-        kept,
-        np.stack(orders, axis=1),
-        sunless,
-        at_points,
-        between,
-        fresh,
-        at_seam,
-        float(1.0 - seen.mean()) if len(seen) else 0.0,
-        subject.settings.mode,
-        subject.settings.samples if subject.casts_rays else 0,
+        name=subject.group.name,
+        weights=weights,
+        shown=shown,
+        truth=radiance[:, :, 0],
+        kept=kept,
+        orders=np.stack(orders, axis=1),
+        sunless=sunless,
+        at_points=at_points,
+        between=between,
+        fresh=fresh,
+        at_seam=at_seam,
+        inside=float(1.0 - seen.mean()) if len(seen) else 0.0,
+        mode=subject.settings.mode,
+        samples=subject.settings.samples if subject.casts_rays else 0,
     )
 
 

@@ -163,13 +163,7 @@ class AlbedoReader:
         source, node = colour.socket, colour.socket.node
         if node.bl_idname == "ShaderNodeRGB":
             return tuple(source.default_value[:3])
-        if (
-            node.bl_idname == "ShaderNodeTexImage"
-            and node.image
-            and node.projection == "FLAT"
-            and source.name == "Color"
-            and not is_remapped(node)
-        ):
+        if _is_flat_picture(source):
             uv = _placed(*_uv_source(node, mesh, colour), corners)
             texture = self._texture(node.image, colour)
             draft.textures.append(texture.identity)
@@ -177,8 +171,7 @@ class AlbedoReader:
         layer = _colour_layer(node, mesh) if source.name == "Color" else None
         if layer:
             return CornerColours(triangles, _corner_values(mesh, layer, "color", 4)[corners][..., :3])
-        why = f"its colour comes from '{node.label or node.name}'"
-        raise _NotFollowed(why, colour)
+        raise _NotFollowed(f"its colour comes from '{node.label or node.name}'", colour)
 
     def _texture(self, image: bpy.types.Image, colour: Colour) -> _Texture:
         """Decoded once, however many objects show it."""
@@ -294,6 +287,18 @@ def _uv_source(node: bpy.types.Node, mesh: bpy.types.Mesh, colour: Colour) -> tu
     if name not in mesh.attributes:
         raise _NotFollowed(f"mesh '{mesh.name}' lacks the UV map of its texture", colour)
     return _corner_values(mesh, str(name), "vector", 2), mapping
+
+
+def _is_flat_picture(source: bpy.types.NodeSocket) -> bool:
+    """Whether an output is the colour of a picture that is laid flat over the mesh, by a UV map and nothing else."""
+    node = source.node
+    return (
+        node.bl_idname == "ShaderNodeTexImage"
+        and node.image is not None
+        and node.projection == "FLAT"
+        and source.name == "Color"
+        and not is_remapped(node)
+    )
 
 
 def _is_plain(mapping: bpy.types.Node) -> bool:
