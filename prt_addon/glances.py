@@ -18,7 +18,7 @@ from .scene.light.state import LightState, light_state
 from .session import session
 
 _DAMAGED = (KeyError, TypeError, ValueError, AttributeError, IndexError)
-"""What properties raise that another program, or a person, has written."""
+"""What properties raise that another program, or a user, has written."""
 
 
 @dataclass(frozen=True)

@@ -128,7 +128,7 @@ def _flush(path: Path) -> None:
 
 
 def _named(error: OSError, paths: tuple[Path, ...]) -> OSError:
-    """The same error with the name of the file that the person knows."""
+    """The same error with the name of the file that the user knows."""
     name = str(error.filename or "")
     if name and not name.endswith(_TEMPORARY):
         return error

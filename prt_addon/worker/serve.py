@@ -144,7 +144,7 @@ def _answer(job: Job, channel: Channel, kept: KeptTraces, aside: _Aside) -> Resu
                 "Memory ran out; nothing was changed. Set a lower Memory limit, or bake with fewer samples or objects."
             )
         )
-    except Exception as error:  # a mistake of ours: the console gets all of it, the person a sentence
+    except Exception as error:  # a mistake of ours: the console gets all of it, the user a sentence
         traceback.print_exc()
         return Failure(EngineError(f"The engine failed: {type(error).__name__}: {error}. Nothing was changed."))
 

@@ -117,7 +117,7 @@ class PieceFolder:
         """Check whether the folder holds all shards of this bake, once each, and nothing else.
 
         Returns:
-            Sentences for the person: what is unusual about them.
+            Sentences for the user: what is unusual about them.
 
         Raises:
             ShardError: if not; the message says what is wrong with which.

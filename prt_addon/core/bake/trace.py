@@ -187,7 +187,7 @@ def _faces(groups: Sequence[ReceiverGroup]) -> Faces:
 def _findings(
     groups: Sequence[ReceiverGroup], scene: RayScene, direct: Float32, buried: npt.NDArray[np.bool_]
 ) -> Iterator[tuple[int, Notice]]:
-    """What the person should know of (N, 9) transport and of which (N,) were filled, each with the number of its group."""
+    """What the user should know of (N, 9) transport and of which (N,) were filled, each with the number of its group."""
     start = 0
     for number, group in enumerate(groups):
         part = slice(start, start + len(group))

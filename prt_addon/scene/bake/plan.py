@@ -45,7 +45,7 @@ class BakePlan:
 
     objects: in the order that was asked for.
     problem: for the engine. Its first island is the scene; each object that may move has one of its own.
-    notices: what the person should know.
+    notices: what the user should know.
     radii: of all that stays in its place, with the name of the object, or none.
     """
 

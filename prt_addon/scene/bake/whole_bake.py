@@ -2,7 +2,7 @@
 """Bakes a scene once: checks and reads everything first, and writes once the whole result is there. Previews of it may
 be shown in between, and are taken back before anything else is written.
 
-Nothing of the person's is applied or refused: an object whose own mesh cannot hold its transport gets a carrier, and what
+Nothing of the user's is applied or refused: an object whose own mesh cannot hold its transport gets a carrier, and what
 cannot be baked at all is left out and named.
 """
 

@@ -202,7 +202,7 @@ HAD_NO_NODES = "prt_had_no_nodes"
 
 
 def uses_nodes(material: bpy.types.Material) -> bool:
-    """Whether the person's material is made of nodes; if not, it is its viewport colour."""
+    """Whether the user's material is made of nodes; if not, it is its viewport colour."""
     return nodes_are_on(material) and not material.get(HAD_NO_NODES)
 
 

@@ -79,7 +79,7 @@ _COLOURLESS = {"ShaderNodeEmission", "ShaderNodeHoldout", "ShaderNodeBackground"
 class MaterialReading:
     """How a material looks to one engine.
 
-    output: the person's own Material Output for it; None if there is none, or the material has no nodes.
+    output: the user's own Material Output for it; None if there is none, or the material has no nodes.
     colour: of the surface; None if nothing reflects light, or what does cannot be read.
     why_not: why it cannot be read, to stand after the name of the material and a colon; empty if it can.
     emits: whether it emits light, as far as it was read.
@@ -126,7 +126,7 @@ def has_surface(material: bpy.types.Material) -> bool:
 
 
 def own_output(tree: bpy.types.NodeTree, engine: RenderEngine) -> bpy.types.Node | None:
-    """The person's own output that an engine shows: as `get_output_node`, which would find ours.
+    """The user's own output that an engine shows: as `get_output_node`, which would find ours.
 
     One that is made for the engine comes before one for all, and among equals the active one.
     """

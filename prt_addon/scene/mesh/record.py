@@ -240,7 +240,7 @@ def read_record(mesh: bpy.types.Mesh) -> BakeRecord | None:
         return None
     try:
         return _record(stored)
-    except (KeyError, TypeError, ValueError, AttributeError):  # written by a person, or another program
+    except (KeyError, TypeError, ValueError, AttributeError):  # written by a user, or another program
         return BakeRecord(BakeSettings(), "SCENE")
 
 

@@ -47,7 +47,7 @@ class Projection:
     lamps: what is shown by lamps instead.
     factors: (3,), what the window left of each band.
     negative: share of the sphere, in [0, 1], on which a channel of the light is negative, before and after it.
-    way: a sentence for the person.
+    way: a sentence for the user.
     """
 
     light: Array
@@ -60,7 +60,7 @@ class Projection:
 
     @property
     def sentences(self) -> list[str]:
-        """For the person: which way was taken, what is followed, which lamps were found, and what the window did."""
+        """For the user: which way was taken, what is followed, which lamps were found, and what the window did."""
         told = [self.way]
         if count := len(self.lamps.lamps):
             told.append(

@@ -94,7 +94,7 @@ class Sky:
 
     @property
     def following(self) -> str:
-        """What is followed and what is not, for the person; part of a sentence."""
+        """What is followed and what is not, for the user; part of a sentence."""
         node = self.mapping or self.sun
         through = f"'{node.name}'" if node else "the Mapping node that was inserted"
         turns = [f"its rotation is followed through {through}"] if node or self.entry else []
