@@ -167,7 +167,7 @@ class JobOperator(WhenIdle):
             if self._job:
                 _watch_on_terminal(self._job, lambda: self._look(context))
         except KeyboardInterrupt:
-            end_engine()  # whatever it was told or was saying is cut off
+            end_engine()  # whatever it receives or sends is cut off
             raise Interrupted("Interrupted; nothing was changed.") from None
         return started
 

@@ -26,7 +26,7 @@ class LightGlance:
     """What there is to see of a world's light.
 
     icon: identifier of a small picture of it; 0 for none.
-    kept: how its energy is spread; None if that cannot be told.
+    kept: how its energy is spread; None if that is unknown.
     """
 
     state: LightState

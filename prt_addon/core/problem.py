@@ -166,14 +166,14 @@ class TraceKey:
 
     def differences(self, other: dict[str, Any]) -> str:
         """What is different in another key, in words; empty if nothing is."""
-        told = [
+        differences = [
             f"{name} {other.get(name)} instead of {value}"
             for name, value in asdict(self).items()
             if name != "fingerprint" and other.get(name) != value
         ]
-        if not told and other.get("fingerprint") != self.fingerprint:
-            told = ["another scene, or other objects of it"]
-        return ", ".join(told)
+        if not differences and other.get("fingerprint") != self.fingerprint:
+            differences = ["another scene, or other objects of it"]
+        return ", ".join(differences)
 
 
 @dataclass(frozen=True)

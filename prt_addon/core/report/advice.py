@@ -68,8 +68,10 @@ def about_truncation(part: Truncation, suns: float, lamps: bool) -> str:
         return (
             f"The light on the world is not its sky's: project it again, unwindowed; {percent(window)} would be left."
         )
-    told = f"Order 3 would leave {percent(part.by_order[3].value)} of {percent(loss)}{_halved(part.by_order[3], loss)}."
-    return f"{sun}. {told}" if part.without_suns else told
+    higher = (
+        f"Order 3 would leave {percent(part.by_order[3].value)} of {percent(loss)}{_halved(part.by_order[3], loss)}."
+    )
+    return f"{sun}. {higher}" if part.without_suns else higher
 
 
 def about_tessellation(part: Tessellation, others: float) -> str:

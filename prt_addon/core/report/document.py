@@ -72,15 +72,15 @@ def _advice(found: Sequence[Findings], suns: float, parts: Collection[str], lamp
         "TRUNCATION": about_truncation(loss, suns, lamps),
         "TESSELLATION": about_tessellation(bend, max(errors[:2])),
     }
-    told: Json = {part.lower(): line for part, line in lines.items() if part in parts}
+    advice: Json = {part.lower(): line for part, line in lines.items() if part in parts}
     bounces = any(one.mode in BOUNCING for one in found)
     sunk = seams(found)
     if at_seams := about_seams(sunk, max(errors)):
-        told["seams"] = at_seams
+        advice["seams"] = at_seams
     parts_of_it = [part.relative_rms for part in (noise, loss, bend, sunk)]
     if rest := about_rest(total(found).relative_rms, parts_of_it, bounces):
-        told["rest"] = rest
-    return told
+        advice["rest"] = rest
+    return advice
 
 
 def _total(part: Total) -> Json:

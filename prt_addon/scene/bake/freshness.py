@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Finds which bakes are stale, and why.
 
-`freshness` reads the scene as a bake would, and is as slow; `glance` is for drawing: what can be told at once, and what
+`freshness` reads the scene as a bake would, and is as slow; `glance` is for drawing: what can be seen at once, and what
 the last check found. That is kept for the session and not in the file, which must not change because it was looked at.
 """
 
@@ -198,7 +198,7 @@ def _checkable(ob: bpy.types.Object) -> BakeRecord | None:
 
 
 def _differences(record: BakeRecord, evidence: Evidence | None) -> frozenset[Cause]:
-    """Causes that only the whole scene can tell."""
+    """Find the causes that only the whole scene shows."""
     if evidence is None:
         return frozenset({"HIDDEN"})
     was, now = record.fingerprint, evidence.fingerprint(record.settings.mode, record.space)
@@ -215,22 +215,22 @@ def _differences(record: BakeRecord, evidence: Evidence | None) -> frozenset[Cau
 
 def _other_settings(record: BakeRecord, settings: BakeSettings, space: str) -> str:
     """What differs between the settings of a bake and those of the next, or an empty string."""
-    told = []
+    changes = []
     if record.settings.mode != settings.mode:
-        told.append((_name(MODES, record.settings.mode), _name(MODES, settings.mode)))
+        changes.append((_name(MODES, record.settings.mode), _name(MODES, settings.mode)))
     else:
         used = record.settings.used | settings.used
         for entry in fields(BakeSettings):
             was, now = (getattr(one, entry.name) for one in (record.settings, settings))
             same = isclose(was, now, rel_tol=1e-6) if isinstance(was, float) else was == now
             if entry.name in used and not same:
-                told.append(_told(entry.name, was, now))
+                changes.append(_changed(entry.name, was, now))
     if record.space != space:
-        told.append((f"for {_name(SPACES, record.space)}", _name(SPACES, space)))
-    return "; ".join(f"{was}, now {now}" for was, now in told)
+        changes.append((f"for {_name(SPACES, record.space)}", _name(SPACES, space)))
+    return "; ".join(f"{was}, now {now}" for was, now in changes)
 
 
-def _told(name: str, was: float, now: float) -> tuple[str, str]:
+def _changed(name: str, was: float, now: float) -> tuple[str, str]:
     """A changed setting in words: `256 samples`, now `512`."""
     before, after = (f"{value:g}" if isinstance(value, float) else str(value) for value in (was, now))
     return (f"{before} {name}" if name in {"samples", "bounces"} else f"{name} {before}", after)

@@ -3,7 +3,7 @@
 
 Both engines render what was baked, in linear light, over nothing: all other objects hold out, so that they shade and
 hide but are not compared. Cycles renders as many diffuse bounces as were baked and no more, twice, so that its
-noise can be told from the error. Every setting that is changed is put back.
+noise can be separated from the error. Every setting that is changed is put back.
 """
 
 from __future__ import annotations
