@@ -35,8 +35,8 @@ class PRT_OT_check(BakeProperties, bpy.types.Operator):
         if stale and self.fail_if_stale:
             raise MeshError(f"Stale: {stale}. Press Bake PRT (prt.bake) to bake again.")
         counts = Counter(one.lines[0] for one in found)
-        told = ", ".join(f"{count} {headline}" for headline, count in counts.most_common())
-        self.report({"INFO"}, f"{len(found)} object(s): {told}.")
+        summary = ", ".join(f"{count} {headline}" for headline, count in counts.most_common())
+        self.report({"INFO"}, f"{len(found)} object(s): {summary}.")
         return {"FINISHED"}
 
 

@@ -29,7 +29,7 @@ class FolderBrowser:
     )
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
-        """Ask for the folder."""
+        """Open the file browser to choose the folder."""
         context.window_manager.fileselect_add(self)
         return {"RUNNING_MODAL"}
 

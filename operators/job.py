@@ -57,14 +57,14 @@ class JobOperator(WhenIdle):
         raise NotImplementedError
 
     def _end(self, context: bpy.types.Context, result: Any) -> None:
-        """Use what the job came to."""
+        """Use the result of the job."""
         raise NotImplementedError
 
     def _look(self, context: bpy.types.Context) -> None:
-        """What there is to be done while the job goes on; whatever this raises ends it."""
+        """Do what there is to be done while the job goes on; whatever this raises ends it."""
 
     def _abandon(self) -> None:
-        """Nothing comes of the job: end it, and leave nothing of it behind."""
+        """End the job without a result, and leave nothing of it behind."""
         if self._job and self._job.running:
             end_engine()
 
@@ -167,7 +167,7 @@ class JobOperator(WhenIdle):
             if self._job:
                 _watch_on_terminal(self._job, lambda: self._look(context))
         except KeyboardInterrupt:
-            end_engine()  # whatever it was told or was saying is cut off
+            end_engine()  # whatever it receives or sends is cut off
             raise Interrupted("Interrupted; nothing was changed.") from None
         return started
 
@@ -200,7 +200,7 @@ class PRT_OT_cancel(bpy.types.Operator):
 
 
 def stop_watching(context: bpy.types.Context) -> None:
-    """Let go of the timer and the status bar, if an operator watches a job."""
+    """Remove the timer and the status bar's text, if an operator watches a job."""
     if session.timer is None:
         return
     context.window_manager.event_timer_remove(session.timer)
@@ -211,7 +211,7 @@ def stop_watching(context: bpy.types.Context) -> None:
 
 
 def redraw_views(context: bpy.types.Context) -> None:
-    """There is something new to see in them."""
+    """Redraw the views, as there is something new to see in them."""
     for window in context.window_manager.windows:
         for area in window.screen.areas:
             if area.type == "VIEW_3D":

@@ -49,7 +49,7 @@ class PRT_OT_keyframe_light(StepwiseOperator, LightProperties, bpy.types.Operato
     )
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
-        """Ask for the frames, beginning with the scene's, and for the window, beginning with its settings."""
+        """Open the dialog for the frames, beginning with the scene's, and for the window, beginning with its settings."""
         scene = context.scene
         self.frame_start, self.frame_end = scene.frame_start, scene.frame_end
         self.window, self.cutoff = scene.prt.window, scene.prt.cutoff

@@ -29,7 +29,7 @@ def reports_errors(method: Method[Operator]) -> Method[Operator]:
             self.report({"WARNING"}, str(stop))
         except PRTError as error:
             self.report({"ERROR"}, str(error))
-        except OSError as error:  # a file or folder of the person's
+        except OSError as error:  # a file or folder of the user's
             self.report({"ERROR"}, f"'{error.filename}' cannot be used: {error.strerror}.")
         return {"CANCELLED"}
 

@@ -35,7 +35,7 @@ class Steps:
     done: int = 0
 
     def go_on(self, seconds: float) -> bool:
-        """Work for so long, one step at least; whether there is more to do."""
+        """Work for so long, one step at least; returns whether there is more to do."""
         end = time.monotonic() + seconds
         while True:
             try:
@@ -102,7 +102,7 @@ class StepwiseOperator(WhenIdle):
         return state
 
     def cancel(self, context: bpy.types.Context) -> None:
-        """Let go of everything; also called by Blender, when it ends the operator itself."""
+        """Release everything; also called by Blender, when it ends the operator itself."""
         with suppress(ReferenceError):  # another file: what would be put back has gone
             self._steps.work.close()
         stop_watching(context)

@@ -18,7 +18,7 @@ from .scene.light.state import LightState, light_state
 from .session import session
 
 _DAMAGED = (KeyError, TypeError, ValueError, AttributeError, IndexError)
-"""What properties raise that another program, or a person, has written."""
+"""What properties raise that another program, or a user, has written."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class LightGlance:
     """What there is to see of a world's light.
 
     icon: identifier of a small picture of it; 0 for none.
-    kept: how its energy is spread; None if that cannot be told.
+    kept: how its energy is spread; None if that is unknown.
     """
 
     state: LightState

@@ -51,6 +51,14 @@ def test_links_lead_somewhere(document):
             assert (document.parent / target).exists(), target
 
 
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+def test_files_that_are_named_are_there(document):
+    """Parts of the extension are named from `prt_addon`, all others from the checkout."""
+    text = document.read_text()
+    for name in re.findall(r"`((?:core|scene|worker|operators|ui|tests|tools|web|farm)/[\w./-]+)`", text):
+        assert (CHECKOUT / name).exists() or (CHECKOUT / "prt_addon" / name).exists(), name
+
+
 def test_make_targets_exist():
     """`make -n` prints what it would do; a target that is not there fails."""
     text = "\n".join([code for _, code in blocks("sh")] + [path.read_text() for path in DOCUMENTS])

@@ -13,6 +13,7 @@ import math
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import demo_scene
 import headless
@@ -51,13 +52,38 @@ def main() -> None:
 
 def run(blend: Path | None, output: Path) -> None:
     """Build or open the scene, bake it, and draw all pictures into a folder."""
+    scene = opened(blend)
+    bake(output)
+    print("The first EEVEE frame compiles shaders, which can take a minute on a new machine.")
+    set_up_render(scene)
+    frames = turn_sky(scene, output)
+    stills = frames[:: TURN_FRAMES // STILLS]
+    for number, path in enumerate(stills):
+        Image.open(path).save(output / f"still_{360 * number // STILLS:03}.png")
+    save_gif(output / "turn.gif", [Image.open(path).convert("RGB") for path in frames])
+    apart = compare(scene, frames[0], output)
+    side_by_side([Image.open(path) for path in stills]).save(output / "stills.png")
+    for path in frames:
+        path.unlink()
+    print(f"\nEverything is in {output}:")
+    for path in sorted(output.iterdir()):
+        print(f"  {path.name}")
+    print(f"EEVEE's picture is {apart:.1%} from Cycles' (relative RMS in linear light, {scene.prt.mode}).")
+
+
+def opened(blend: Path | None) -> Any:
+    """The scene of a file, or the built-in one."""
     if blend:
         bpy.ops.wm.open_mainfile(filepath=str(blend.resolve()))
         demo_scene.ensure_camera()
     else:
         bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
         demo_scene.build()
-    scene = bpy.context.scene
+    return bpy.context.scene
+
+
+def bake(output: Path) -> None:
+    """Bake as the button does, and save the file and its web page."""
     begun = time.monotonic()
     try:
         bpy.ops.prt.bake()
@@ -66,39 +92,29 @@ def run(blend: Path | None, output: Path) -> None:
     print(f"Baked in {time.monotonic() - begun:.1f} s.")
     bpy.ops.wm.save_as_mainfile(filepath=str(output / "demo.blend"), copy=True)
     bpy.ops.prt.export_web_page(filepath=str(output / "demo.html"), still=False)
-    print("The first EEVEE frame compiles shaders, which can take a minute on a new machine.")
-    set_up_render(scene)
-    rotation = turning_rotation(scene)
-    start = rotation[2]
 
+
+def turn_sky(scene: Any, output: Path) -> list[Path]:
+    """Render the frames of a full turn of the sky, which then stands as before."""
+    rotation = turning_rotation(scene)
+    start, frames = rotation[2], []
     angles = [start + 2 * math.pi * i / TURN_FRAMES for i in range(TURN_FRAMES)]
-    frames = []
     for number, angle in enumerate(tqdm(angles, desc="EEVEE turn", unit="frame", file=sys.stdout)):
         rotation[2] = angle
         frames.append(render(scene, output / f"turn_{number:02}.png"))
-    stills = frames[:: TURN_FRAMES // STILLS]
-    for number, path in enumerate(stills):
-        Image.open(path).save(output / f"still_{360 * number // STILLS:03}.png")
-    pictures = [Image.open(path).convert("RGB") for path in frames]
-    save_gif(output / "turn.gif", pictures)
-
     rotation[2] = start
+    return frames
+
+
+def compare(scene: Any, frame: Path, output: Path) -> float:
+    """Path-trace the view of a frame by Cycles, and show both; returns how far they are apart."""
     print("Cycles, the same view path-traced ...", flush=True)
     ours = render_linear(scene, output / "eevee.exr")
-    eevee = Image.open(frames[0])
     use_cycles(scene)
     truth = render_linear(scene, output / "cycles.exr")
     cycles = Image.open(render(scene, output / "cycles.png"))
-    side_by_side([eevee, cycles]).save(output / "eevee_beside_cycles.png")
-    side_by_side([Image.open(path) for path in stills]).save(output / "stills.png")
-    for path in frames:
-        path.unlink()
-    print(f"\nEverything is in {output}:")
-    for path in sorted(output.iterdir()):
-        print(f"  {path.name}")
-    print(
-        f"EEVEE's picture is {relative_rms(ours, truth):.1%} from Cycles' (relative RMS in linear light, {scene.prt.mode})."
-    )
+    side_by_side([Image.open(frame), cycles]).save(output / "eevee_beside_cycles.png")
+    return relative_rms(ours, truth)
 
 
 if __name__ == "__main__":

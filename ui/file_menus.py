@@ -32,6 +32,6 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """Take them out."""
+    """Remove the entries."""
     bpy.types.TOPBAR_MT_file_import.remove(_draw_imports)
     bpy.types.TOPBAR_MT_file_export.remove(_draw_exports)

@@ -94,6 +94,6 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """Take them out."""
+    """Remove the entries."""
     bpy.types.VIEW3D_MT_object.remove(_draw_entry)
     free_icons()

@@ -47,7 +47,7 @@ class NoRoom(PRTError):
 
 
 class Cancelled(PRTError):
-    """The person asked to stop; nothing was written."""
+    """The user has cancelled; nothing was written."""
 
 
 CANCELLED = "Cancelled; nothing was changed."

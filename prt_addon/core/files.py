@@ -25,7 +25,7 @@ _DIGEST_BYTES = 16
 
 
 def digest(*parts: bytes | npt.NDArray[Any]) -> bytes:
-    """One digest of several things, each with its type and size, so that no two lists of things look alike."""
+    """Digest several things, each with its type and size, so that no two lists of things look alike."""
     whole = hashlib.blake2b(digest_size=_DIGEST_BYTES)
     for part in parts:
         array = np.frombuffer(part, dtype=np.uint8) if isinstance(part, bytes) else np.ascontiguousarray(part)
@@ -40,7 +40,7 @@ _FORGOTTEN = 86400.0  # seconds after which a temporary file of another machine 
 
 @contextmanager
 def written(*paths: Path) -> Iterator[list[Path]]:
-    """Write files that are there together and as wholes, or as they were before, whatever happens meanwhile.
+    """Write files that are there together and whole, or as they were before, whatever happens meanwhile.
 
     Temporary files lie beside them until all are complete. Those that killed processes have left there are removed.
 
@@ -73,7 +73,7 @@ def written(*paths: Path) -> Iterator[list[Path]]:
 
 
 def write_arrays(path: Path, arrays: Mapping[str, npt.NDArray[Any]]) -> None:
-    """Write arrays as `numpy.savez` does, which on a full disk complains a second time, to no one.
+    """Write arrays as `numpy.savez` does, without its second error on a full disk, which nothing can catch.
 
     Raises:
         OSError: if the file cannot be written.
@@ -128,7 +128,7 @@ def _flush(path: Path) -> None:
 
 
 def _named(error: OSError, paths: tuple[Path, ...]) -> OSError:
-    """The same error with the name of the file that the person knows."""
+    """The same error with the name of the file that the user knows."""
     name = str(error.filename or "")
     if name and not name.endswith(_TEMPORARY):
         return error
@@ -137,7 +137,7 @@ def _named(error: OSError, paths: tuple[Path, ...]) -> OSError:
 
 
 class Spill:
-    """Keeps arrays, those past the budget in temporary files that are mapped into memory.
+    """Keeps arrays: in memory up to a budget, beyond it in temporary files that are mapped into memory.
 
     The files have no name where the system allows it, and are gone with their arrays, however the process ends. They lie
     in Python's temporary folder (`TMPDIR` moves it); nothing is gained if that is itself in memory.
@@ -153,7 +153,7 @@ class Spill:
         self.left = budget
 
     def keep(self, array: Array) -> Array:
-        """The same numbers, in memory if they fit. What already lies in a file stays there and costs nothing.
+        """Keep an array's numbers, in memory if they fit. What already lies in a file stays there and costs nothing.
 
         Raises:
             NoRoom: if the temporary folder is full, or cannot be written to.
@@ -178,7 +178,7 @@ def in_file(array: npt.NDArray[Any]) -> bool:
 
 
 def memory_of(*arrays: npt.NDArray[Any]) -> int:
-    """Bytes of memory that arrays occupy."""
+    """The bytes of memory that arrays occupy."""
     return sum(array.nbytes for array in arrays if not in_file(array))
 
 

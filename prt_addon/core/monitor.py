@@ -20,7 +20,7 @@ class Work:
 
     @property
     def total(self) -> int:
-        """All of it, in rays."""
+        """All of the work, in rays."""
         return self.rays + self.bounces
 
     def __add__(self, other: Work) -> Work:
@@ -28,24 +28,24 @@ class Work:
 
 
 class Monitor:
-    """Watches nothing. Others count what is done, or stop it: both methods are called in the thread that gives the work."""
+    """Watches nothing. Subclasses count what is done, or stop it; they are called in the thread that gives the work."""
 
     def advance(self, work: Work) -> None:
-        """Some work is done.
+        """Count work that is done.
 
         Raises:
             Cancelled: if it is to stop.
         """
 
     def check_cancelled(self) -> None:
-        """Called now and then in work that is not counted.
+        """Raise an exception if work is to stop; called now and then in work that is not counted.
 
         Raises:
             Cancelled: if it is to stop.
         """
 
     def show(self, preview: object) -> None:
-        """There is something to look at, though the work goes on."""
+        """Show a preview, while the work goes on."""
 
 
 UNWATCHED = Monitor()

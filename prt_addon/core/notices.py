@@ -14,7 +14,7 @@ _MOST_NAMES = 5
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of thing that there is to say about an object or a material.
+    """A kind of message about an object or a material.
 
     Attributes:
         one: the sentence about one of them, with "{name}" and the notice's own details in braces.
@@ -31,7 +31,7 @@ class Kind:
 
 @dataclass(frozen=True)
 class Notice:
-    """One thing to say.
+    """A message about one object or material.
 
     Attributes:
         name: whom it is about.
@@ -44,7 +44,7 @@ class Notice:
 
     @property
     def sentence(self) -> str:
-        """Of this one alone."""
+        """The message about this one alone."""
         return self.kind.one.format(name=f"'{self.name}'", **self.details)
 
 
@@ -62,7 +62,7 @@ class Counted:
 
 
 def counted(notices: Iterable[Notice]) -> list[Counted]:
-    """One sentence for each kind, in the order in which the kinds first appear; warnings come first."""
+    """Count notices by kind: one sentence for each, in the order in which the kinds first appear; warnings come first."""
     kinds: dict[Kind, dict[str, Notice]] = {}
     for notice in notices:
         kinds.setdefault(notice.kind, {}).setdefault(notice.name, notice)

@@ -85,7 +85,7 @@ class BakeSettings:
 
     @property
     def whole_bounces(self) -> float:
-        """How many bounces over all hits take as long; about, where a tolerance decides."""
+        """The number of bounces over all hits that take as long; approximate where a tolerance decides."""
         if not self.bounces_light:
             return 0.0
         bounces = self.bounces if "bounces" in self.used else BakeSettings.bounces
@@ -152,7 +152,7 @@ class Occluders:
 
 @dataclass(frozen=True)
 class TraceKey:
-    """What rays find depends on nothing but this: the cache, checkpoints and shards know them by it.
+    """What rays find depends on nothing but this key: the cache, checkpoints and shards know traces by it.
 
     Attributes:
         fingerprint: of all that receives and blocks light.
@@ -167,15 +167,15 @@ class TraceKey:
     format: int = TRACE_FORMAT
 
     def differences(self, other: dict[str, Any]) -> str:
-        """In words, what another key has different, or an empty string."""
-        told = [
+        """What is different in another key, in words; empty if nothing is."""
+        differences = [
             f"{name} {other.get(name)} instead of {value}"
             for name, value in asdict(self).items()
             if name != "fingerprint" and other.get(name) != value
         ]
-        if not told and other.get("fingerprint") != self.fingerprint:
-            told = ["another scene, or other objects of it"]
-        return ", ".join(told)
+        if not differences and other.get("fingerprint") != self.fingerprint:
+            differences = ["another scene, or other objects of it"]
+        return ", ".join(differences)
 
 
 @dataclass(frozen=True)
@@ -193,11 +193,11 @@ class Island:
     occluders: Occluders
 
     def __len__(self) -> int:
-        """Receivers."""
+        """The number of receivers."""
         return sum(map(len, self.groups))
 
     def trace_key(self, settings: BakeSettings) -> TraceKey:
-        """Made of all arrays but the colours, exactly."""
+        """The key of this island's rays: a digest of all arrays but the colours, exactly."""
         occluders = self.occluders
         names = repr([(group.name, group.radius) for group in self.groups]).encode()
         parts: list[npt.NDArray[Any] | None] = [occluders.vertices, occluders.triangles, occluders.corner_receiver]
@@ -231,12 +231,12 @@ class BakeProblem:
 
     @property
     def groups(self) -> list[ReceiverGroup]:
-        """Of all islands."""
+        """The groups of all islands."""
         return [group for island in self.islands for group in island.groups]
 
     @cached_property
     def receivers(self) -> int:
-        """How many there are."""
+        """The number of receivers in all islands."""
         return sum(map(len, self.islands))
 
     @property
@@ -246,13 +246,13 @@ class BakeProblem:
 
     @property
     def work(self) -> Work:
-        """All that a monitor of the bake will see done; the bounces about."""
+        """All that a monitor of the bake will see done; the number of bounces is approximate."""
         rays = self.settings.samples * self.receivers if self.casts_rays else 0
         return Work(rays, int(BOUNCE_IN_RAYS * self.settings.whole_bounces * rays))
 
     @property
     def trace_key(self) -> TraceKey:
-        """What its rays find is known by."""
+        """The key by which checkpoints and shards know the rays of this bake."""
         return TraceKey(self.fingerprint, receivers=self.receivers, **self.settings.of_rays)
 
     def numbered(self) -> Iterator[tuple[Island, int, int]]:

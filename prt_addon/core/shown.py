@@ -14,7 +14,7 @@ Float64 = npt.NDArray[np.float64]
 
 
 def shown(transport: npt.NDArray[np.floating[Any]], light: Float64) -> Float64:
-    """Radiance of a white surface.
+    """Compute the radiance of a white surface.
 
     Args:
         transport: (N, 9, 3) T_i.

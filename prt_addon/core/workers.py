@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Workers:
-    """Threads that share the work, and who watches them: nothing that a result depends on.
+    """Threads that share the work, and the monitor that watches them: nothing that a result depends on.
 
     Attributes:
         threads: how many; all cores if None or 0. One works in the thread that gives the work.
@@ -87,7 +87,7 @@ class _Uncounted(Monitor):
 
 
 def uncounted(workers: Workers) -> Workers:
-    """The same workers, for work that the total of what is monitored does not hold."""
+    """The same workers for work that the total of what is monitored does not hold."""
     return Workers(workers.threads, _Uncounted(workers.monitor))
 
 

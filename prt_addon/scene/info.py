@@ -26,7 +26,7 @@ _MANIFEST = Path(__file__).resolve().parents[2] / "blender_manifest.toml"
 
 
 def info(context: bpy.types.Context) -> str:
-    """A block of lines, with nothing in it that says who or where one is: no paths, no names but those of worlds and sentences."""
+    """Write a block of lines that holds nothing private: no paths, no names but those of worlds and in messages."""
     return "\n".join(f"{name}: {value}" for name, value in _lines(context))
 
 

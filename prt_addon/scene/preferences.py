@@ -37,7 +37,7 @@ class PRT_AP_preferences(bpy.types.AddonPreferences):
 
 
 def engine_patience(context: bpy.types.Context) -> float:
-    """Seconds that the engine's process waits for another job before it ends."""
+    """The seconds that the engine's process waits for another job before it ends."""
     addon = context.preferences.addons.get(_EXTENSION)
     return addon.preferences.engine_patience if addon and addon.preferences else PATIENCE
 

@@ -2,7 +2,7 @@
 """Runs as the engine's process: `python -I child.py HANDLE SECONDS FOLDER...`.
 
 HANDLE is its end of the connection to Blender, inherited; SECONDS is how long it waits for the first job. The folders hold the extension's `prt_addon`, embreex and NumPy:
-they are set here because `-I` keeps out all that a person's own Python may have set up.
+they are set here because `-I` keeps out all that a user's own Python may have set up.
 """
 
 import importlib

@@ -58,12 +58,12 @@ class Engine:
 
     @property
     def process(self) -> int:
-        """The number of its process."""
+        """The process's number."""
         return self._process.pid
 
     @property
     def usable(self) -> bool:
-        """Whether it waits for a job, and will for a while."""
+        """Whether the engine waits for a job, and will for a while."""
         return self._process.poll() is None and time.monotonic() < self._ends - _MARGIN
 
     def send(self, message: Any) -> None:
@@ -97,11 +97,11 @@ class Engine:
         return arrived
 
     def rest(self, patience: float) -> None:
-        """Its job is done: it will end unless there is another within some seconds."""
+        """Let the engine wait for another job, after this one, and end if none comes within some seconds."""
         self._ends = time.monotonic() + patience
 
     def end(self) -> None:
-        """End it now, whatever it does; harmless if it has ended."""
+        """End the engine now, whatever it does; harmless if it has ended."""
         self._process.kill()
         self._process.wait()
         self._channel.close()

@@ -68,7 +68,7 @@ class Job(Generic[Value]):
         self._outcome: serve.Result | serve.Failure | None = None
 
     def start(self) -> None:
-        """Begin; this is now the `running_job`.
+        """Begin the work; this job is now the `running_job`.
 
         Raises:
             PRTError: if another one runs, or the engine cannot be started.
@@ -81,17 +81,17 @@ class Job(Generic[Value]):
 
     @property
     def running(self) -> bool:
-        """Whether the engine works on it, as far as was seen."""
+        """Whether the engine works on this job, as far as was seen."""
         return session.job is self
 
     @property
     def progress(self) -> float:
-        """Share of the work that is done, 0..1."""
+        """The share of the work that is done, 0..1."""
         return min(1.0, self.done.total / self.work.total) if self.work.total else 0.0
 
     @property
     def text(self) -> str:
-        """One line for panel and status bar."""
+        """One line on the progress, for panel and status bar."""
         (then, before), (now, done) = self._speeds[0], self._speeds[-1]
         if not done.total:
             return self._doing or self.shows or "preparing the rays"
@@ -102,7 +102,7 @@ class Job(Generic[Value]):
         return f"{self.progress:.0%}  {self._doing or doing}, {spoken(left)} left"
 
     def step(self, wait: float = 0.0) -> None:
-        """Look at what the engine has to say; wait some seconds for it."""
+        """Read what the engine has sent; wait some seconds for it."""
         if not self.running:
             return
         assert session.engine
@@ -122,7 +122,7 @@ class Job(Generic[Value]):
             self.step(min(left, _NOTICE))
 
     def cancel(self) -> None:
-        """Ask the engine to stop. If it does not within a moment, the next `step` kills it."""
+        """Request that the engine stops. If it does not within a moment, the next `step` kills it."""
         if self.running and self._cancelled is None:
             assert session.engine
             self._cancelled = time.monotonic()
@@ -130,17 +130,17 @@ class Job(Generic[Value]):
             self.step()
 
     def take_shown(self) -> Any:
-        """What the engine has shown since this was last asked, if anything: the latest."""
+        """Take the latest that the engine has shown since the last call, if anything."""
         is_new, self._is_new = self._is_new, False
         return self._shown if is_new else None
 
     def keep(self) -> None:
-        """Ask the engine to stop: the latest that it has shown is the result."""
+        """Request that the engine stops and the latest that it has shown is the result."""
         self._is_kept = self._shown is not None
         self.cancel()
 
     def result(self) -> Value:
-        """What the work came to, or what was kept of it; waits for it.
+        """Wait for the result of the work, or for what was kept of it.
 
         Raises:
             Cancelled: if it was stopped.

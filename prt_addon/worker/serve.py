@@ -40,7 +40,7 @@ _PAUSE = 0.05
 
 @dataclass(frozen=True)
 class Job:
-    """What is to be done.
+    """Blender sends a job: a task and its arguments.
 
     task: one of `tasks`, called with the arguments and the run.
     run: what of it is plain data; who watches and what is kept is the engine's business.
@@ -57,29 +57,29 @@ class Job:
 
 @dataclass(frozen=True)
 class Progress:
-    """What is done of a job."""
+    """The engine sends what is done of a job."""
 
     done: Work
 
 
 @dataclass(frozen=True)
 class Shown:
-    """Something to look at, though the job goes on."""
+    """The engine sends a preview, though the job goes on."""
 
     value: Any
 
 
 class Continue:
-    """Blender has taken note."""
+    """Blender has taken the progress."""
 
 
 class Cancel:
-    """The person asked to stop."""
+    """The user has cancelled."""
 
 
 @dataclass(frozen=True)
 class Result:
-    """What a job came to, and the last word about its progress."""
+    """The engine sends the result of a job, and the last word about its progress."""
 
     value: Any
     done: Work
@@ -87,7 +87,7 @@ class Result:
 
 @dataclass(frozen=True)
 class Failure:
-    """Why a job came to nothing."""
+    """The engine sends why a job failed."""
 
     error: Exception
 
@@ -144,7 +144,7 @@ def _answer(job: Job, channel: Channel, kept: KeptTraces, aside: _Aside) -> Resu
                 "Memory ran out; nothing was changed. Set a lower Memory limit, or bake with fewer samples or objects."
             )
         )
-    except Exception as error:  # a mistake of ours: the console gets all of it, the person a sentence
+    except Exception as error:  # a mistake of ours: the console gets all of it, the user a sentence
         traceback.print_exc()
         return Failure(EngineError(f"The engine failed: {type(error).__name__}: {error}. Nothing was changed."))
 

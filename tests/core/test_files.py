@@ -73,7 +73,7 @@ def test_files_appear_together(tmp_path):
 
 @pytest.mark.skipif(os.name == "nt", reason="the rights of POSIX")
 def test_others_may_read_them(tmp_path):
-    """As any file that a program makes, by the person's umask: another user merges shards."""
+    """As any file that a program makes, by the user's umask: another user merges shards."""
     before = os.umask(0o022)
     try:
         with written(tmp_path / "shared") as (path,):

@@ -31,7 +31,7 @@ def test_every_item_once(count, chunk, threads):
 
 
 def test_progress_is_told_in_the_calling_thread():
-    """It belongs to the person who asked, whose code need not be safe for threads; work is done elsewhere."""
+    """It belongs to the caller, whose code need not be safe for threads; work is done elsewhere."""
     seen, workers = set(), set()
 
     def work(part):

@@ -53,7 +53,7 @@ def test_a_job_is_its_shards_and_then_a_merge():
 
 
 def test_numbers_travel_whole():
-    """What Python reads is what the person set."""
+    """What Python reads is what the user set."""
     settings = {**SETTINGS, "shards": 1, "bounces": 7, "tolerance": 0.00125, "seed": 2**31 - 1, "samples": 1 << 17}
     for task in compiled(SCRIPT, settings)["tasks"]:
         [code] = [argument for argument in task["commands"][0]["line"] if "bpy.ops.prt" in argument]

@@ -144,7 +144,7 @@ def test_own_layers_survive(blender, part, scene, stage):
 
 
 def test_edit_mode_is_kept(blender, part, scene, stage):
-    """The mode is the person's."""
+    """The mode is the user's."""
     ob = stage.object_of("Cube", stage.cube())
     blender.context.view_layer.objects.active = ob
     ob.select_set(True)
@@ -244,7 +244,7 @@ def test_many_of_a_kind_are_one_sentence(blender, scene, stage, capfd):
 
 
 def test_a_selected_lamp_is_no_mesh(blender, scene, stage):
-    """The person meant something: not everything else."""
+    """The user meant something: not everything else."""
     stage.object_of("Cube", stage.cube())
     lamp = blender.data.objects.new("Lamp", blender.data.lights.new("Lamp", "POINT"))
     scene.collection.objects.link(lamp)

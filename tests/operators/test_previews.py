@@ -240,7 +240,7 @@ def test_they_are_missed_at_the_end_too(blender, part, stage, modal):
 
 
 def test_edit_mode_is_not_disturbed(blender, part, stage, modal):
-    """A preview waits until the person has left it."""
+    """A preview waits until the user has left it."""
     plain, _ = furnish(stage)
     plain.select_set(True)
     blender.context.view_layer.objects.active = plain

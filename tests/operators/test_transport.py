@@ -50,7 +50,7 @@ def test_colours_are_what_was_baked(blender, part, ball):
 
 
 def test_they_come_and_go(blender, ball):
-    """The person's own colours are active again: after hiding, after another bake, and after removing."""
+    """The user's own colours are active again: after hiding, after another bake, and after removing."""
     ball.data.color_attributes.new("Paint", "BYTE_COLOR", "CORNER")
     ball.data.color_attributes.active_color_name = "Paint"
 

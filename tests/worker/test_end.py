@@ -104,7 +104,7 @@ def test_it_ends_with_blender(samples):
 
 
 def test_it_runs_the_engine_alone(scene, tmp_path):
-    """Nothing of the person's own Python comes in, and no module of Blender's; BLAS has no threads of its own."""
+    """Nothing of the user's own Python comes in, and no module of Blender's; BLAS has no threads of its own."""
     one = bake(scene)
     one.start()
     one.result()

@@ -102,55 +102,69 @@ def bake_and_turn(display: Display) -> tuple[object, object]:
         look_through_camera(window)
         window.screenshot("window_1_tab")
         look_into_menu(window)
-
-        search(window, "Bake PRT")
-        window.hover_view()
-        window.wait(lambda now: now["previews"], "a preview")
-        for share in (0.1, 0.3):
-            window.wait_for_progress(share)
-        window.screenshot("window_2_baking")
-        assert window.state["progress"], "the bake is too quick to be stopped half way"
-        assert len(window.state["previews"]) == 2, "no preview is shown"
-        window.press("Escape")
-        now = window.wait(lambda now: now["progress"] is None, "Esc to stop the bake")
-        assert now["content"] == pristine and not now["previews"], "a cancelled bake changed the file"
-        window.settle()
-        window.screenshot("window_3_cancelled")
-        step("Esc half way leaves everything as it was")
-
-        window.click_text("Bake PRT")
-        now = window.wait(lambda now: now["progress"] is None and now["baked"] == 2, "the bake to end")
-        baked = now["content"]
-        assert not now["previews"], "a preview is left of a whole bake"
-        before = picture_of_view(window, "window_4_baked")
-        step("the button bakes, the progress moves")
-
-        turn_by_slider(window)
-        window.wait(lambda now: abs(now["turn"][2]) > 0.1, "the slider to turn the world")
-        after = picture_of_view(window, "window_5_turned")
-        turned = window.state["turn"]
-        assert difference(before, after) > 0.02, "the viewport did not turn with the world"
-        step("the slider turns the light in the viewport")
-
-        window.press_at_rest("ctrl+z")
-        window.wait(lambda now: now["turn"] != turned and now["baked"] == 2, "undo of the turn")
-        window.press_at_rest("ctrl+z")
-        window.wait(lambda now: now["content"] == pristine, "undo of the bake in one step")
-        window.settle()
-        window.screenshot("window_6_undone")
-        window.press_at_rest("ctrl+shift+z")
-        window.wait(lambda now: now["content"] == baked, "redo of the bake")
-        window.press_at_rest("ctrl+shift+z")
-        window.wait(lambda now: now["turn"] == turned, "redo of the turn")
-        window.settle()
-        window.screenshot("window_7_redone")
-        step("undo and redo, a step each")
-
+        cancel_half_way(window, pristine)
+        baked, turned = bake_by_button(window), turn_world(window)
+        undo_and_redo(window, pristine, baked, turned)
         window.press_at_rest("ctrl+s")
         window.wait(lambda now: now["saved"], "the file to be saved")
         window.close()
     no_traceback(window)
     return baked, turned
+
+
+def cancel_half_way(window: Window, pristine: object) -> None:
+    """Bake from the search menu until a preview is there, and stop: the file is as it was."""
+    search(window, "Bake PRT")
+    window.hover_view()
+    window.wait(lambda now: now["previews"], "a preview")
+    for share in (0.1, 0.3):
+        window.wait_for_progress(share)
+    window.screenshot("window_2_baking")
+    assert window.state["progress"], "the bake is too quick to be stopped half way"
+    assert len(window.state["previews"]) == 2, "no preview is shown"
+    window.press("Escape")
+    now = window.wait(lambda now: now["progress"] is None, "Esc to stop the bake")
+    assert now["content"] == pristine and not now["previews"], "a cancelled bake changed the file"
+    window.settle()
+    window.screenshot("window_3_cancelled")
+    step("Esc half way leaves everything as it was")
+
+
+def bake_by_button(window: Window) -> object:
+    """Bake to the end; the file's content."""
+    window.click_text("Bake PRT")
+    now = window.wait(lambda now: now["progress"] is None and now["baked"] == 2, "the bake to end")
+    assert not now["previews"], "a preview is left of a whole bake"
+    step("the button bakes, the progress moves")
+    return now["content"]
+
+
+def turn_world(window: Window) -> object:
+    """Turn the world by its slider, and the light in the viewport with it; the turn."""
+    before = picture_of_view(window, "window_4_baked")
+    turn_by_slider(window)
+    window.wait(lambda now: abs(now["turn"][2]) > 0.1, "the slider to turn the world")
+    after = picture_of_view(window, "window_5_turned")
+    assert difference(before, after) > 0.02, "the viewport did not turn with the world"
+    step("the slider turns the light in the viewport")
+    return window.state["turn"]
+
+
+def undo_and_redo(window: Window, pristine: object, baked: object, turned: object) -> None:
+    """Undo the turn and then the bake, a step each, and redo both."""
+    window.press_at_rest("ctrl+z")
+    window.wait(lambda now: now["turn"] != turned and now["baked"] == 2, "undo of the turn")
+    window.press_at_rest("ctrl+z")
+    window.wait(lambda now: now["content"] == pristine, "undo of the bake in one step")
+    window.settle()
+    window.screenshot("window_6_undone")
+    window.press_at_rest("ctrl+shift+z")
+    window.wait(lambda now: now["content"] == baked, "redo of the bake")
+    window.press_at_rest("ctrl+shift+z")
+    window.wait(lambda now: now["turn"] == turned, "redo of the turn")
+    window.settle()
+    window.screenshot("window_7_redone")
+    step("undo and redo, a step each")
 
 
 def remove_what_was_saved(display: Display, baked: object, turned: object) -> None:

@@ -186,6 +186,11 @@ def blender_share(mode: Mode, receivers: int, samples: int, turns: int) -> Resul
     objects = blender_scene.court(receivers)
     settings = part("core.problem").BakeSettings(mode, samples)
 
+    def write(ob: Any, one: Any, result: Any) -> None:
+        found, transport, direct = one.receivers, result.transport[one.group], result.direct[one.group]
+        elements = found.element_receiver
+        layers.write(ob.data, found.domain, transport, direct, elements, settings, evidence=one.evidence)
+
     def turn() -> list[Seconds]:
         clock = [now()]
         plan = read.read_bake(headless.bpy.context, objects, settings)
@@ -193,26 +198,17 @@ def blender_share(mode: Mode, receivers: int, samples: int, turns: int) -> Resul
         result = engine.bake(plan.problem)
         clock.append(now())
         for ob, one in zip(objects, plan.objects, strict=True):
-            found = one.receivers
-            layers.write(
-                ob.data,
-                found.domain,
-                result.transport[one.group],
-                result.direct[one.group],
-                found.element_receiver,
-                settings,
-                evidence=one.evidence,
-            )
+            write(ob, one, result)
         clock.append(now())
         return [after - before for before, after in pairwise(clock)]
 
     times = [turn() for _ in range(turns)]
-    read, baked, write = (median([one[k] for one in times]) for k in range(3))
+    reading, baking, writing = (median([one[k] for one in times]) for k in range(3))
     return {
         "mode": mode,
-        "read": asdict(read.over(baked)),
-        "write": asdict(write.over(baked)),
-        "ratio": asdict((read + write).over(baked)),
+        "read": asdict(reading.over(baking)),
+        "write": asdict(writing.over(baking)),
+        "ratio": asdict((reading + writing).over(baking)),
     }
 
 

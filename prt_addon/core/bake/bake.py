@@ -25,7 +25,7 @@ Float32 = npt.NDArray[np.float32]
 
 @dataclass(frozen=True)
 class BakeResult:
-    """What a bake came to.
+    """The result of a bake.
 
     Attributes:
         transport: of each group of the problem, (N, 9) float32, or (N, 9, 3) RGB if interreflected.
@@ -39,7 +39,7 @@ class BakeResult:
 
 
 def bake(problem: BakeProblem, run: Run = DEFAULT_RUN) -> BakeResult:
-    """Transport of all receivers.
+    """Bake the transport of all receivers of a problem.
 
     Light bounces only off triangles whose corners are receivers: an island has groups of everything that shall bounce
     it, also of what nobody wants the transport of. The result has the same bits whatever the order of the groups, the
@@ -65,7 +65,7 @@ def bake(problem: BakeProblem, run: Run = DEFAULT_RUN) -> BakeResult:
 
 
 def trace_shard(problem: BakeProblem, shard: Shard, run: Run) -> None:
-    """Cast the rays of one shard of what `bake` would bake, and save what they find to `run.pieces`.
+    """Cast the rays of one shard of what `bake` would bake, and save what they find in `run.pieces`.
 
     Once all shards lie in one folder, `bake` with it casts no more rays, and gives the same bits as without.
     Errors as those of `bake`; the mode must cast rays.
@@ -118,7 +118,7 @@ def _kept_or_traced(island: Island, settings: BakeSettings, run: Run) -> Traced:
 
 
 def bounce(traced: Traced, occluders: Occluders, settings: BakeSettings, run: Run = DEFAULT_RUN) -> list[Float32]:
-    """The second half: bounce the light. Only the albedo may differ from the occluders that were traced.
+    """Bounce the light: the second half of a bake. Only the albedo may differ from the occluders that were traced.
 
     Returns:
         (N, 9, 3) float32 per group, RGB.

@@ -28,31 +28,31 @@ class KeptTraces:
         return len(self._kept)
 
     def find(self, key: TraceKey) -> Traced | None:
-        """The trace of that key, if it is kept; it is now the latest."""
+        """Find the trace of a key, which becomes the latest; None if it is not kept."""
         found = self._kept.pop(key, None)
         if found:
             self._kept[key] = found
         return found
 
     def keep(self, key: TraceKey, traced: Traced) -> None:
-        """Keep one more, and forget the oldest if there is no room for it."""
+        """Keep one more trace, and drop the oldest ones if there is no room for it."""
         self._kept[key] = traced
         while self._kept and sum(kept.nbytes for kept in self._kept.values()) > self._budget:
             self._kept.popitem(last=False)
 
     def clear(self) -> None:
-        """Forget everything."""
+        """Drop all traces."""
         self._kept.clear()
 
 
 class KeptScenes:
-    """Ray casters of occluders, for as long as these live: a preview and its bake share them."""
+    """Keeps ray casters for as long as their occluders live: a preview and its bake share them."""
 
     def __init__(self) -> None:
         self._kept: dict[int, RayScene] = {}
 
     def of(self, occluders: Occluders, monitor: Monitor) -> RayScene:
-        """That of some occluders; made if it is the first time. Errors as those of `RayScene`."""
+        """The ray caster of some occluders, made at the first call. Errors as those of `RayScene`."""
         if id(occluders) not in self._kept:
             self._kept[id(occluders)] = RayScene.of(occluders, monitor)
         return self._kept[id(occluders)]

@@ -52,7 +52,7 @@ class ShardEstimate:
 
 
 def estimate(problem: BakeProblem, count: int, run: Run) -> ShardEstimate:
-    """Of a bake in so many shards; the mode must cast rays.
+    """Estimate a bake in so many shards; its mode must cast rays.
 
     The speed is that of receivers which lie evenly in the island that has most of them.
 

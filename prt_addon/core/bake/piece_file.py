@@ -45,7 +45,7 @@ _COEFFICIENTS = sh.coefficient_count(sh.ORDER)
 
 @dataclass(frozen=True)
 class PieceFile:
-    """A file whose own word was read and makes sense: which receivers it holds, and of which bake.
+    """A file whose header was read and is consistent: which receivers it holds, and of which bake.
 
     Attributes:
         start: its first receiver, counted through all islands.
@@ -62,7 +62,7 @@ class PieceFile:
 
 
 def write_piece(path: Path, header: dict[str, Any], direct: npt.NDArray[np.float32], hits: KeptHits | None) -> None:
-    """Write a piece, as a whole or not at all.
+    """Write a piece to a file, whole or not at all.
 
     Raises:
         OSError: if it cannot be written.
@@ -75,7 +75,7 @@ def write_piece(path: Path, header: dict[str, Any], direct: npt.NDArray[np.float
 
 
 def read_header(path: Path) -> PieceFile | None:
-    """What a file says of itself; None if it is none of ours, or damaged."""
+    """Read the header of a file; None if it is no piece of ours, or damaged."""
     try:
         with _opened(path) as archive:
             return _header(path, archive)
@@ -86,7 +86,7 @@ def read_header(path: Path) -> PieceFile | None:
 def read_piece(
     file: PieceFile, samples: int, bounces: bool, corner_count: int
 ) -> tuple[npt.NDArray[np.float32], KeptHits | None] | None:
-    """The direct transport (n, 9) and the hits of a piece; None if it is damaged, or not what its header says.
+    """Read the direct transport (n, 9) and the hits of a piece; None if it is damaged, or not what its header says.
 
     Args:
         file: which, as its header has it.

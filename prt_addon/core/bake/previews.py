@@ -25,7 +25,7 @@ _WORTH = 1 << 22  # rays, which take a second: a bake of fewer is there as soon 
 
 @dataclass(frozen=True)
 class Preview:
-    """A bake of few rays.
+    """A bake of few rays that is shown before the whole one is done.
 
     Attributes:
         settings: those that it was baked with.
@@ -38,7 +38,7 @@ class Preview:
 
 
 def preview_settings(settings: BakeSettings) -> Iterator[BakeSettings]:
-    """Those of each preview of a bake, in their order; none if they took more than a tenth of its rays."""
+    """The settings of each preview of a bake, in their order; none if together they took more than a tenth of its rays."""
     samples, left = FIRST, settings.samples // _SHARE
     while samples <= left:
         yield replace(settings, samples=samples, bounces=min(1, settings.bounces), tolerance=0.0)
@@ -51,7 +51,7 @@ def is_worth(problem: BakeProblem) -> bool:
 
 
 def previews(problem: BakeProblem, run: Run) -> Iterator[Preview]:
-    """Bake the previews of a bake that the run has not kept. Their rays are not counted; errors as those of `bake`."""
+    """Bake the previews of a bake, unless the run has kept its traces. Their rays are not counted; errors as those of `bake`."""
     if run.kept and all(run.kept.find(island.trace_key(problem.settings)) for island in problem.islands):
         return
     watching = replace(run, workers=uncounted(run.workers), kept=None, pieces=None)

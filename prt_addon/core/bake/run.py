@@ -17,7 +17,7 @@ MEMORY = 2 << 30
 
 @dataclass(frozen=True)
 class Run:
-    """How a bake is carried out: nothing that its result depends on.
+    """What a bake is carried out with; its result depends on none of it.
 
     Attributes:
         workers: who casts the rays, and who watches.

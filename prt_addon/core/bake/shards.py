@@ -49,7 +49,7 @@ class Shard:
             )
 
     def span(self, receivers: int) -> slice:
-        """Its share of that many receivers."""
+        """The receivers of this shard, of so many in all."""
         return slice(receivers * self.index // self.count, receivers * (self.index + 1) // self.count)
 
 
@@ -86,7 +86,7 @@ class PieceFolder:
     first: int = 0
 
     def counted_from(self, first: int) -> PieceFolder:
-        """The same folder for callers that count their receivers from that one."""
+        """The same folder for a caller that counts its receivers from `first`."""
         return replace(self, first=first)
 
     def cover(
@@ -114,10 +114,10 @@ class PieceFolder:
         yield from self._traced(slice(done, span.stop), size, trace)
 
     def check_complete(self) -> list[str]:
-        """Whether the folder holds all shards of this bake, once each, and nothing else.
+        """Check whether the folder holds all shards of this bake, once each, and nothing else.
 
         Returns:
-            Sentences for the person: what is unusual about them.
+            Sentences for the user: what is unusual about them.
 
         Raises:
             ShardError: if not; the message says what is wrong with which.
@@ -210,6 +210,6 @@ class PieceFolder:
 
 
 def cut(span: slice, size: int) -> Iterator[slice]:
-    """A span in pieces of some size, but for the last."""
+    """Cut a span into pieces of some size; the last may be smaller."""
     for start in range(span.start, span.stop, size):
         yield slice(start, min(start + size, span.stop))

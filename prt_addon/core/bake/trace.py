@@ -80,7 +80,7 @@ class Traced:
 
 
 def trace_island(island: Island, settings: BakeSettings, run: Run = DEFAULT_RUN) -> Traced:
-    """The first half of a bake: all of its rays. Errors as those of `bake`; the mode must cast rays."""
+    """Cast all rays of an island: the first half of its bake. Errors as those of `bake`; the mode must cast rays."""
     check_finite(island.groups)
     caster = Caster(island, settings, run)
     receivers, occluders = caster.receivers, island.occluders
@@ -129,7 +129,7 @@ class Caster:
         self._returns = (occluders.receiver_at_corners >= 0).any(axis=1)
 
     def pieces(self, span: slice) -> Iterator[Piece]:
-        """Pieces that cover a span of receivers, in order; those that the run's folder holds need no rays."""
+        """Yield the pieces that cover a span of receivers, in order; those that the run's folder holds need no rays."""
         samples, folder = self._settings.samples, self._run.pieces
         size = max(1, RAYS_IN_A_PIECE // samples)
         if folder is None:
@@ -141,7 +141,7 @@ class Caster:
             yield piece
 
     def cast(self, receivers: Receivers, counted: bool = True) -> Found:
-        """What the rays of some receivers find; uncounted, nobody who watches sees how many."""
+        """Cast the rays of some receivers; uncounted, no monitor sees how many."""
         settings, workers = self._settings, self._run.workers if counted else uncounted(self._run.workers)
         rays = self.scene, receivers, settings.samples, settings.seed
         if not settings.bounces_light:
@@ -186,7 +186,7 @@ def _faces(groups: Sequence[ReceiverGroup]) -> Faces:
 def _findings(
     groups: Sequence[ReceiverGroup], scene: RayScene, direct: Float32, buried: npt.NDArray[np.bool_]
 ) -> Iterator[tuple[int, Notice]]:
-    """What the person should know of (N, 9) transport and of which (N,) were filled, each with the number of its group."""
+    """What the user should know of (N, 9) transport and of which (N,) were filled, each with the number of its group."""
     start = 0
     for number, group in enumerate(groups):
         part = slice(start, start + len(group))

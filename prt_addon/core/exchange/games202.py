@@ -41,7 +41,7 @@ class InterchangeError(PRTError):
 
 @cache
 def course_matrix(order: int = sh.ORDER) -> Array:
-    """Matrix C that takes coefficients of the course's convention into ours, and ours into the course's.
+    """The matrix C that takes coefficients of the course's convention into ours, and ours into the course's.
 
     First the Condon-Shortley sign, `(-1)**m`, then the quarter turn that takes y up to z up, as an SH rotation. The sign
     is the half turn about the pole, so both together are a half turn about (0, 1, -1): its own inverse.
@@ -111,7 +111,7 @@ def write_transport(path: Path, transport: Array, vertex_count: int) -> None:
 
 
 def write_both(light_path: Path, light: Array, transport_path: Path, transport: Array, vertex_count: int) -> None:
-    """Write both files as one: whatever happens, they belong together. Arguments and errors as above."""
+    """Write both files as one: whatever happens, they belong together. Arguments and errors as those of either."""
     lit, carried = _course_rows(light_path, light.T).T, _course_rows(transport_path, transport)
     with written(light_path, transport_path) as (for_light, for_transport):
         _write(for_light, lit)

@@ -31,7 +31,7 @@ class DirectionalAlbedo:
 
     @property
     def white(self) -> Array:
-        """Of perfect mirrors, F0 = 1."""
+        """The albedo of perfect mirrors, F0 = 1."""
         return self.scale + self.bias
 
 
@@ -45,13 +45,13 @@ class SampledMean:
 
     @classmethod
     def of(cls, samples: Array) -> SampledMean:
-        """Of (S,) independent samples, S > 1."""
+        """The mean of (S,) independent samples, S > 1."""
         variance = float(samples.var(ddof=1))
         return cls(float(samples.mean()), float(np.sqrt(variance / len(samples))), variance)
 
 
 def by_uniform_sampling(mu: float, roughness: float, samples: int, seed: int = 0) -> SampledMean:
-    """E from directions that are uniform over the hemisphere: `mean(2 pi f cos_in)`. Poor where the lobe is narrow.
+    """Estimate E by directions that are uniform over the hemisphere: `mean(2 pi f cos_in)`. Poor where the lobe is narrow.
 
     Args:
         mu: cosine of the direction, in (0, 1].
@@ -70,7 +70,7 @@ def by_uniform_sampling(mu: float, roughness: float, samples: int, seed: int = 0
 
 
 def by_ggx_sampling(mu: float, roughness: float, samples: int, seed: int = 0) -> SampledMean:
-    """E from normals drawn with density `D cos_half`, each the mirror of one ray. Arguments as above.
+    """Estimate E by normals drawn with density `D cos_half`, each the mirror of one ray. Arguments as above.
 
     The density of directions is that of normals over `4 cos`, cos between the ray and a facet's normal, so that
     `f cos_in / density = G cos / (mu cos_half)`. Poor at grazing angles, where most normals that are drawn are hidden.
@@ -87,7 +87,7 @@ def by_ggx_sampling(mu: float, roughness: float, samples: int, seed: int = 0) ->
 
 
 def by_quadrature(mu: npt.ArrayLike, roughness: npt.ArrayLike, points: int = _POINTS) -> DirectionalAlbedo:
-    """A and B by a product rule over the normals that are visible.
+    """Compute A and B by a product rule over the normals that are visible.
 
     Args:
         mu: cosines in (0, 1].

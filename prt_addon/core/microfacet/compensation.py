@@ -22,7 +22,7 @@ def lost_lobe(albedo_out: npt.ArrayLike, albedo_in: npt.ArrayLike, average: npt.
 
 
 def bounce_colour(fresnel_average: npt.ArrayLike, average: npt.ArrayLike) -> Array:
-    """What f_ms is multiplied with for coloured mirrors: `F_avg**2 E_avg / (1 - F_avg (1 - E_avg))`.
+    """The factor of f_ms for coloured mirrors: `F_avg**2 E_avg / (1 - F_avg (1 - E_avg))`.
 
     Light that has met one mirror and not left has been coloured once. At every further one it is coloured again, and then
     leaves by the share E_avg: a geometric series. Both lobes together return `F_avg E_avg / (1 - F_avg (1 - E_avg))` of
@@ -36,7 +36,7 @@ def bounce_colour(fresnel_average: npt.ArrayLike, average: npt.ArrayLike) -> Arr
 
 
 def course_bounce_colour(fresnel_average: npt.ArrayLike, average: npt.ArrayLike) -> Array:
-    """The same as the GAMES202 course has it, `f_add = F_avg E_avg / (1 - F_avg (1 - E_avg))`: one factor F_avg short.
+    """The same factor as the GAMES202 course has it, `f_add = F_avg E_avg / (1 - F_avg (1 - E_avg))`: one factor F_avg short.
 
     It is the whole of the light that leaves, used as the colour of the part that is left after one bounce. Both lobes
     together then return too much, by the share `(1 - E_avg) (1 - F_avg)`. Kept for comparison with what the course shows.

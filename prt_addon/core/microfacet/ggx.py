@@ -15,7 +15,7 @@ Array = npt.NDArray[np.float64]
 
 
 def alpha_of(roughness: npt.ArrayLike) -> Array:
-    """The width of the distribution, of the roughness in [0, 1] that artists set: its square (Burley 2012)."""
+    """The width of the distribution: the square of the roughness in [0, 1] that artists set (Burley 2012)."""
     return np.square(np.asarray(roughness, dtype=np.float64))
 
 

@@ -33,13 +33,13 @@ class EnergyTable:
     average: Array
 
     def at(self, mu: npt.ArrayLike, roughness: npt.ArrayLike) -> DirectionalAlbedo:
-        """Interpolated linearly in both, both in [0, 1]; shapes broadcast."""
+        """Interpolate E linearly in both arguments, both in [0, 1]; shapes broadcast."""
         return DirectionalAlbedo(
             *(self._read(values, roughness, mu) for values in (self.albedo.scale, self.albedo.bias))
         )
 
     def average_at(self, roughness: float | Array) -> Array:
-        """E_avg, interpolated linearly."""
+        """Interpolate E_avg linearly."""
         return np.interp(roughness, self.steps, self.average)
 
     def _read(self, values: Array, row: npt.ArrayLike, column: npt.ArrayLike) -> Array:
@@ -58,7 +58,7 @@ class EnergyTable:
 
 @cache
 def energy_table(size: int = SIZE) -> EnergyTable:
-    """The table of so many steps per axis, two at least; of 33, in about a second.
+    """Make the table of so many steps per axis, two at least; of 33, in about a second.
 
     Right to 2e-4 at the steps, and to 0.01 between them, where E falls steeply: towards grazing angles.
     """

@@ -23,7 +23,7 @@ _GLOSS = 0.1  # an error of pictures beyond what transport usually leaves
 
 
 def about_sampling(part: Sampling, others: float, samples: int) -> str:
-    """Whether more samples would help, and how many.
+    """Say whether more samples would help, and how many.
 
     Args:
         part: the noise that was found.
@@ -43,7 +43,7 @@ def about_sampling(part: Sampling, others: float, samples: int) -> str:
 
 
 def about_truncation(part: Truncation, suns: float, lamps: bool) -> str:
-    """Whether the order or a sun is to blame.
+    """Say whether the order or a sun is to blame.
 
     Args:
         part: the truncation that was found.
@@ -68,12 +68,14 @@ def about_truncation(part: Truncation, suns: float, lamps: bool) -> str:
         return (
             f"The light on the world is not its sky's: project it again, unwindowed; {percent(window)} would be left."
         )
-    told = f"Order 3 would leave {percent(part.by_order[3].value)} of {percent(loss)}{_halved(part.by_order[3], loss)}."
-    return f"{sun}. {told}" if part.without_suns else told
+    higher = (
+        f"Order 3 would leave {percent(part.by_order[3].value)} of {percent(loss)}{_halved(part.by_order[3], loss)}."
+    )
+    return f"{sun}. {higher}" if part.without_suns else higher
 
 
 def about_tessellation(part: Tessellation, others: float) -> str:
-    """Whether the mesh is fine enough, and where it is not.
+    """Say whether the mesh is fine enough, and where it is not.
 
     Args:
         part: the error between vertices that was found.
@@ -89,7 +91,7 @@ def about_tessellation(part: Tessellation, others: float) -> str:
 
 
 def about_seams(part: Seams, others: float) -> str | None:
-    """Where meshes sink into one another, if that matters beside the largest of the other parts."""
+    """Say where meshes sink into one another, if that matters beside the largest of the other parts."""
     if not part.relative_rms.is_known or part.relative_rms.value <= max(ENOUGH, others / 2.0):
         return None
     return (
@@ -99,7 +101,7 @@ def about_seams(part: Seams, others: float) -> str | None:
 
 
 def about_rest(whole: Estimate, parts: Sequence[Estimate], bounces: bool) -> str | None:
-    """What the whole error holds beside its parts, if that is more than their intervals leave open.
+    """Say what the whole error holds beside its parts, if that is more than their intervals leave open.
 
     Args:
         whole: the error of all together.
@@ -116,7 +118,7 @@ def about_rest(whole: Estimate, parts: Sequence[Estimate], bounces: bool) -> str
 
 
 def about_pictures(found: PictureDifference) -> str:
-    """How far EEVEE's picture is from Cycles', and to which side."""
+    """Say how far EEVEE's picture is from Cycles', and to which side."""
     if not found.relative_rms.is_known:
         return "No pixel shows a baked surface: point the camera at one."
     bias = found.bias.value

@@ -31,7 +31,7 @@ Json = dict[str, Any]
 
 
 def surface_report(found: Sequence[Findings], suns: float, parts: Collection[str], lamps: bool = False) -> Json:
-    """All that was found, for all objects together and for each.
+    """Report all that was found, for all objects together and for each.
 
     Args:
         found: of each object.
@@ -72,15 +72,15 @@ def _advice(found: Sequence[Findings], suns: float, parts: Collection[str], lamp
         "TRUNCATION": about_truncation(loss, suns, lamps),
         "TESSELLATION": about_tessellation(bend, max(errors[:2])),
     }
-    told: Json = {part.lower(): line for part, line in lines.items() if part in parts}
+    advice: Json = {part.lower(): line for part, line in lines.items() if part in parts}
     bounces = any(one.mode in BOUNCING for one in found)
     sunk = seams(found)
     if at_seams := about_seams(sunk, max(errors)):
-        told["seams"] = at_seams
+        advice["seams"] = at_seams
     parts_of_it = [part.relative_rms for part in (noise, loss, bend, sunk)]
     if rest := about_rest(total(found).relative_rms, parts_of_it, bounces):
-        told["rest"] = rest
-    return told
+        advice["rest"] = rest
+    return advice
 
 
 def _total(part: Total) -> Json:
@@ -107,7 +107,7 @@ def _truncation(part: Truncation) -> Json:
 
 
 def picture_report(found: PictureDifference, flip: float | None) -> Json:
-    """A comparison of pictures."""
+    """Report a comparison of pictures."""
     return {
         "relative_rms": with_interval(found.relative_rms),
         "bias": with_interval(found.bias),
@@ -120,7 +120,7 @@ def picture_report(found: PictureDifference, flip: float | None) -> Json:
 
 
 def advice_lines(document: Json) -> list[str]:
-    """What a report says to do, a line per part."""
+    """The advice of a report, a line per part."""
     lines = list(document.get("all", {}).get("advice", {}).values())
     if "end_to_end" in document:
         lines += [line for line in (document["end_to_end"]["advice"], document["end_to_end"]["note"]) if line]
@@ -128,7 +128,7 @@ def advice_lines(document: Json) -> list[str]:
 
 
 def with_interval(number: Estimate) -> Json:
-    """A number and its interval; null where there was nothing to measure."""
+    """Write an estimate as a number and its interval; null where there was nothing to measure."""
     return {"value": _plain(number.value), "low": _plain(number.low), "high": _plain(number.high)}
 
 

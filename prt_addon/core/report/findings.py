@@ -27,7 +27,7 @@ _FRESH_RAYS = 1 << 22  # of one object, for sampling and tessellation: about a s
 
 @dataclass(frozen=True)
 class Effort:
-    """How much work a report may be.
+    """How much work a report may take.
 
     Attributes:
         points: of each object's surface.
@@ -78,12 +78,12 @@ class Findings:
 
     @property
     def area(self) -> float:
-        """Of the surface that is looked at."""
+        """The area of the surface that is looked at."""
         return float(self.weights.sum())
 
 
 def find(subject: Subject, light: Lighting, effort: Effort, workers: Workers = ALL_CORES) -> Findings:
-    """Cast the rays: at each point those of two bakes like the stored one, and those of two path tracers."""
+    """Measure an object: at each point, cast the rays of two bakes like the stored one, and trace two sets of paths."""
     surface = float(areas(subject.corners).sum())
     points = scatter(subject.corners, subject.corner_receiver, subject.group.normals, effort.points, effort.seed)
     seen, clear, at_seam = _outside(subject, points, effort, workers)
@@ -106,20 +106,20 @@ def find(subject: Subject, light: Lighting, effort: Effort, workers: Workers = A
     fresh = with_corners[_thinned(len(with_corners), rays)]
     at_points, between = _fresh(subject, _some(clear, fresh), shown_light, effort, workers)
     return Findings(
-        subject.group.name,
-        weights,
-        shown,
-        radiance[:, :, 0],
-        kept,
-        np.stack(orders, axis=1),
-        sunless,
-        at_points,
-        between,
-        fresh,
-        at_seam,
-        float(1.0 - seen.mean()) if len(seen) else 0.0,
-        subject.settings.mode,
-        subject.settings.samples if subject.casts_rays else 0,
+        name=subject.group.name,
+        weights=weights,
+        shown=shown,
+        truth=radiance[:, :, 0],
+        kept=kept,
+        orders=np.stack(orders, axis=1),
+        sunless=sunless,
+        at_points=at_points,
+        between=between,
+        fresh=fresh,
+        at_seam=at_seam,
+        inside=float(1.0 - seen.mean()) if len(seen) else 0.0,
+        mode=subject.settings.mode,
+        samples=subject.settings.samples if subject.casts_rays else 0,
     )
 
 

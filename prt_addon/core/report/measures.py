@@ -44,7 +44,7 @@ UNKNOWN = Estimate(nan, nan, nan)
 
 
 def percent(share: float) -> str:
-    """A share in words, with two digits that mean something."""
+    """Write a share in words, with two digits that mean something."""
     if not isfinite(share):
         return "unknown"
     return f"{100.0 * share:.0f}%" if share >= 0.0995 else f"{100.0 * share:.1f}%"
@@ -88,7 +88,7 @@ def relative_rms(squares: Float64, truth: Float64, weights: Float64) -> Estimate
 
 
 def percentile(values: Float64, weights: Float64, share: float) -> Estimate:
-    """The value that a share of the surface stays below; the interval is that of order statistics.
+    """Find the value that a share of the surface stays below; the interval is that of order statistics.
 
     Args:
         values: (n,) at each point.

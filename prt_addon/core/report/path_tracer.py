@@ -36,7 +36,7 @@ _GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 
 @dataclass(frozen=True)
 class Bounces:
-    """What paths need of surfaces to go on from them.
+    """What paths need to know of surfaces to go on from them.
 
     Attributes:
         count: how often a path may bounce.
@@ -55,7 +55,7 @@ class Bounces:
 
 @dataclass(frozen=True)
 class Arrived:
-    """What arrives at n points.
+    """The light that arrives at n points.
 
     Attributes:
         radiance: (n, P, 3), what a white receiver shows under each picture of the sky.

@@ -37,7 +37,7 @@ class SurfacePoints:
 
 
 def areas(corners: Float64) -> Float64:
-    """(T,) of triangles (T, 3, 3)."""
+    """(T,) the areas of triangles (T, 3, 3)."""
     a, b, c = np.moveaxis(corners, 1, 0)
     area: Float64 = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2.0
     return area

@@ -22,7 +22,7 @@ Float64 = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Sampling:
-    """Standard error of what is shown, as a share of the true radiance's RMS.
+    """The standard error of what is shown, as a share of the true radiance's RMS.
 
     Attributes:
         relative_rms: of it.
@@ -40,7 +40,7 @@ def squared_noise(found: Findings) -> Float64:
 
 
 def sampling(found: Sequence[Findings]) -> Sampling:
-    """The noise on the surface of some objects."""
+    """Measure the noise on the surface of some objects."""
     squares, truth, weights = pooled(found, squared_noise)
     rms = relative_rms(squares, truth, weights)
     if not rms.is_known:

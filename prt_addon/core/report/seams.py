@@ -23,14 +23,14 @@ Float64 = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Seams:
-    """The error there, as a share of the true radiance's RMS everywhere, and the object that has most of it."""
+    """The error at seams, as a share of the true radiance's RMS everywhere, and the object that has most of it."""
 
     relative_rms: Estimate
     where: str
 
 
 def seams(found: Sequence[Findings]) -> Seams:
-    """The error at the seams of some objects."""
+    """Measure the error at the seams of some objects."""
 
     def squares(one: Findings) -> Float64:
         return np.where(one.at_seam, product(*(one.shown - one.truth)), 0.0)

@@ -32,7 +32,7 @@ _PATIENCE = 16  # bounces traced where a bake went on until its tolerance: less 
 
 
 class Lighting:
-    """The light on the world: the sky as it is, and what the shader is given of it."""
+    """The light on the world: the sky as it is, and the SH light that the shader gets instead."""
 
     def __init__(self, picture: Float32, turn: Float64, stored: Float64) -> None:
         """
@@ -76,12 +76,12 @@ class Scenery:
 
     @cached_property
     def scene(self) -> RayScene:
-        """To cast rays at."""
+        """The surfaces as the ray caster takes them."""
         return RayScene.of(self.occluders)
 
     @cached_property
     def around(self) -> Surroundings:
-        """To tell what lies inside."""
+        """What receivers may lie inside of."""
         return Surroundings(self.scene, self.occluders.vertices, self.occluders.triangles)
 
     @cached_property
@@ -91,7 +91,7 @@ class Scenery:
 
     @cached_property
     def receivers(self) -> Receivers:
-        """All of them."""
+        """All receivers of the groups."""
         return Receivers.of(self.groups, self.scene)
 
     def bounces(self, settings: BakeSettings) -> Bounces | None:
@@ -140,7 +140,7 @@ class Subject:
 
     @property
     def bounce_count(self) -> int:
-        """How often its light bounces, as paths are traced."""
+        """How often light bounces along the paths that this bake is judged by."""
         return bounce_count(self.settings)
 
     @property

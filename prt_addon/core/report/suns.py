@@ -21,7 +21,7 @@ WORTH_A_LAMP = 0.01
 
 @dataclass(frozen=True)
 class Suns:
-    """What a sky holds of suns.
+    """The suns of a sky.
 
     Attributes:
         share: of the sky's light, integrated over the sphere, in [0, 1].
@@ -33,12 +33,12 @@ class Suns:
 
     @property
     def matter(self) -> bool:
-        """Whether they are worth a word."""
+        """Whether the suns carry enough of the light to be mentioned."""
         return self.share >= WORTH_A_LAMP
 
 
 def find_suns(picture: Float32) -> Suns:
-    """Suns of an equirectangular picture (H, W, 3), row 0 at the bottom."""
+    """Find the suns of an equirectangular picture (H, W, 3), row 0 at the bottom."""
     ring = solid_angles(*picture.shape[:2])[:, None]
     brightness = np.maximum(picture.mean(axis=-1, dtype=np.float64), 0.0)
     flux = brightness * ring

@@ -39,7 +39,7 @@ def squared_bend(found: Findings) -> Float64:
 
 
 def tessellation(found: Sequence[Findings]) -> Tessellation:
-    """The error between the vertices of some objects."""
+    """Measure the error between the vertices of some objects."""
     sums = {}
     for one in found:
         squares, _, weights = pooled([one], squared_bend)

@@ -26,7 +26,7 @@ class Total:
 
 
 def total(found: Sequence[Findings]) -> Total:
-    """The whole error of some objects."""
+    """Measure the whole error of some objects."""
     return Total(relative_rms(*pooled(found, lambda one: product(*(one.shown - one.truth)))), _bias(found))
 
 

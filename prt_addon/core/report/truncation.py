@@ -38,7 +38,7 @@ class Truncation:
 
 
 def truncation(found: Sequence[Findings]) -> Truncation:
-    """The truncation on the surface of some objects."""
+    """Measure the truncation on the surface of some objects."""
     without_suns = None
     if any(one.sunless is not None for one in found):
         without_suns = relative_rms(

@@ -34,7 +34,7 @@ _LAYOUTS: dict[tuple[int, int], dict[str, tuple[int, int]]] = {
 
 
 def face_of(stem: str) -> tuple[str, str] | None:
-    """The face that a file's name without its ending stands for, and the rest of the name; None if it is no face's.
+    """Find the face that a file's name without its ending stands for, and the rest of the name; None if it is no face's.
 
     A face's name is the whole name, or stands at its end or beginning: "sky_posx", "nx-studio", "skybox right", "m4_ft".
     Case does not matter.

@@ -58,7 +58,7 @@ _SLIGHT = 1e-3  # a change that needs a thousand times the force of another is n
 
 
 def decode(encoded: npt.NDArray[np.uint8] | Picture, table: Table = "OPENGL") -> Picture:
-    """Linear radiance of an 8-bit picture: the course's `(x / 255) ** 2.2`, or the sRGB curve for OPENGL.
+    """Decode an 8-bit picture to linear radiance: by the course's `(x / 255) ** 2.2`, or by the sRGB curve for OPENGL.
 
     Args:
         encoded: any shape; bytes, or those bytes divided by 255.
@@ -155,7 +155,7 @@ def to_equirect(faces: CubeFaces, table: Table = "OPENGL", height: int | None = 
 
 
 def with_light(picture: Picture, light: Array) -> Picture:
-    """An equirectangular picture, changed by as little as it takes to project, interpolated, to a given light.
+    """Change an equirectangular picture, as little as it takes, so that it projects, interpolated, to a given light.
 
     What resampling did to a picture is put right where it went wrong: the error of a texel is in proportion to its
     radiance p, so that the likeliest correction (weighted least squares) is `p**2 sum c_i Y_i(w)`, which falls on suns

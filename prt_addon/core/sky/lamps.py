@@ -55,7 +55,7 @@ class Lamp:
 
 @dataclass(frozen=True)
 class Lamps:
-    """What is taken out of a sky.
+    """Lamps that are taken out of a sky.
 
     Attributes:
         colour: (3,) of all of them, with a mean of 1.
@@ -67,7 +67,7 @@ class Lamps:
     share: float = 0.0
 
     def light(self, order: int = sh.ORDER) -> Array:
-        """((order + 1)**2,) what they are of the SH light, before their colour."""
+        """((order + 1)**2,) the SH light of the lamps, before their colour."""
         parts = [lamp.irradiance * _disc(lamp, order) for lamp in self.lamps]
         return np.sum(parts, axis=0) if parts else np.zeros(sh.coefficient_count(order))
 
@@ -93,7 +93,7 @@ def find_lamps(picture: Float32, most: int, enough: float = 0.0) -> Lamps:
 
 
 def followed(found: Sequence[Sequence[Lamp]]) -> list[list[Lamp]]:
-    """Lamps of one moment after the other, in rows of equal length in which each is followed by the nearest.
+    """Follow lamps from moment to moment: in rows of equal length, each lamp is followed by the nearest one.
 
     What is not there at a moment is a lamp without light, where it was last seen, or will be seen first.
     """

@@ -29,7 +29,7 @@ def light_picture(light: Array, height: int) -> Picture:
 
 
 def turned_picture(picture: Picture, turn: Array, height: int) -> Picture:
-    """A picture as a turned world shows it: along w, what it holds along R w.
+    """Turn a picture as a turned world shows it: along w, it holds what it held along R w.
 
     Args:
         picture: (H, W, 3) radiance.
@@ -62,7 +62,7 @@ def energy(picture: Picture | Array) -> float:
 
 
 def display(picture: Picture) -> Picture:
-    """(height, width, 4) values for a screen: sRGB-encoded, opaque, the brightest texel at 1, nothing below 0."""
+    """(height, width, 4) values for a screen: sRGB-encoded, opaque, with the brightest texel at 1 and nothing below 0."""
     brightest = max(float(picture.max()), 1e-30)
     linear = np.clip(picture / np.float32(brightest), 0.0, 1.0)
     encoded = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1.0 / 2.4) - 0.055)

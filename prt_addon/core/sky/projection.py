@@ -173,5 +173,5 @@ def _polar_integrals(height: int, order: int, interpolated: bool) -> dict[tuple[
 
 
 def srgb_to_linear(encoded: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
-    """The sRGB transfer function of IEC 61966-2-1, decoded; values in [0, 1]."""
+    """Decode by the sRGB transfer function of IEC 61966-2-1; values in [0, 1]."""
     return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4).astype(np.float32)

@@ -22,7 +22,7 @@ MAX_WIDTH = 2048
 
 
 class Skylight:
-    """Equirectangular pictures of one sky, and directions drawn by the brightness of the first.
+    """Equirectangular pictures of one sky; draws directions by the brightness of the first.
 
     Within a texel the radiance is constant. Renderers, and the stored light, go in straight lines from texel to texel
     instead: measured, that is 0.4 % of the light of 16 rows, and 0.03 % of 64. Directions are drawn by the inverse of
@@ -70,7 +70,7 @@ class Skylight:
         return self._brightness[self._texel(directions @ self._turn.T)] / self.flux
 
     def draw(self, uniform: Float64) -> Float64:
-        """(N, 3) unit vectors of numbers (N, 2) in [0, 1): the first chooses the row, the second the place in it."""
+        """Draw (N, 3) unit vectors by numbers (N, 2) in [0, 1): the first chooses the row, the second the place in it."""
         row, up = _inverted(self._ends[:, -1], uniform[:, 0] * self.flux)
         before = np.where(row > 0, self._ends[row - 1, -1], 0.0)
         brightness = before + uniform[:, 1] * (self._ends[row, -1] - before)
@@ -96,7 +96,7 @@ def _inverted(ends: Float64, amount: Float64) -> tuple[Int64, Float64]:
 
 
 def reduced(picture: Float32) -> Float32:
-    """A picture (H, W, 3), averaged down by a whole number if it is wider than `MAX_WIDTH`."""
+    """Average a picture (H, W, 3) down by a whole number if it is wider than `MAX_WIDTH`."""
     height, width = picture.shape[:2]
     step = -(-width // MAX_WIDTH)
     if step == 1 or height % step or width % step:

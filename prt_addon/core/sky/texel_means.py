@@ -28,7 +28,7 @@ _PLASTIC = 1.324717957244746  # of the R2 sequence (Roberts 2018), which spreads
 
 
 def equirect_means(radiance: Radiance, height: int = 512, tolerance: float = 1e-4) -> Float32:
-    """Look at a sky in all directions.
+    """Average a sky over each texel of an equirectangular picture.
 
     What is smaller than a texel (`180 / height` degrees) is found if the centre of a texel sees it.
 

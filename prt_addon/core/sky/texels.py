@@ -36,19 +36,19 @@ class SkyTexels:
 
     @classmethod
     def of(cls, pixels: Float32, layout: Layout = "EQUIRECTANGULAR", interpolated: bool = False) -> SkyTexels:
-        """The texels of a picture (H, W, 3), without those that are not finite; the picture is changed where it can be."""
+        """Leave the texels of a picture (H, W, 3) out that are not finite; the picture is changed where it can be."""
         finite, left_out = without_broken(pixels)
         return cls(finite, layout, interpolated, left_out)
 
     @property
     def count(self) -> int:
-        """Of all texels."""
+        """The number of texels."""
         height, width = self.pixels.shape[:2]
         return height * width
 
     @property
     def is_equirectangular(self) -> bool:
-        """Whether rows are circles of latitude: what lamps are looked for in, and what pages and reports show."""
+        """Whether rows are circles of latitude: lamps are looked for in such pictures, and pages and reports show them."""
         return self.layout == "EQUIRECTANGULAR"
 
     @property

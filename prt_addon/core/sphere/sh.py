@@ -34,7 +34,7 @@ def order_of(count: int) -> int:
 
 
 def band_slice(band: int) -> slice:
-    """Where band `l` lies among the coefficients: `l*l .. (l+1)**2`."""
+    """The slice of band `l` among the coefficients: `l*l .. (l+1)**2`."""
     return slice(band * band, (band + 1) ** 2)
 
 

@@ -56,7 +56,7 @@ def windowed(light: Array, factors: Array) -> Array:
 
 @dataclass(frozen=True)
 class Deringed:
-    """A light that is nowhere negative, and what that took."""
+    """A light that is nowhere negative, and what the window took to make it so."""
 
     light: Array
     """(9, 3), windowed."""
@@ -70,7 +70,7 @@ class Deringed:
 
 
 def dering(light: Array, window: Window = "HANN") -> Deringed:
-    """The mildest window, one cutoff for all channels, that keeps the reconstructed light non-negative everywhere.
+    """Find the mildest window, one cutoff for all channels, that keeps the reconstructed light non-negative everywhere.
 
     The light's minimum need not fall steadily with the cutoff: all cutoffs are looked through, the widest first,
     and the first that will do is then narrowed down. The minimum is exact, not that of some directions.
@@ -102,7 +102,7 @@ def _nowhere_negative(light: Array, window: Window, inverse_cutoffs: Array) -> n
 
 
 def minimum(light: Array) -> Array:
-    """The least value of an order-2 light over the whole sphere, per channel.
+    """Find the least value of an order-2 light over the whole sphere, per channel.
 
     `c + b.w + w^T Q w` on the unit sphere is the trust-region problem; its dual has no gap (More & Sorensen 1983,
     "Computing a trust region step"): the largest, over t below the least eigenvalue q_0 of Q, of

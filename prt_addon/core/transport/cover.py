@@ -92,7 +92,7 @@ class Samples:
 
     @classmethod
     def none(cls, receivers: Receivers) -> Samples:
-        """Of a scene in which nothing is covered."""
+        """The samples of a scene in which nothing is covered."""
         nothing = np.zeros((0, 3))
         covered = np.zeros(len(receivers), dtype=np.bool_)
         return cls(receivers[:0], nothing.astype(np.int64), nothing, np.zeros(0), covered)
@@ -110,7 +110,7 @@ def sample_covered(
     seed: int = 0,
     workers: Workers = ALL_CORES,
 ) -> Samples:
-    """Find covered corners, and samples in the open parts of their faces; see the top of this file.
+    """Find covered corners, and place samples in the open parts of their faces, as the top of this file says.
 
     Args:
         scene: what blocks the light.

@@ -51,7 +51,7 @@ class Receivers:
 
     @classmethod
     def of(cls, groups: Sequence[ReceiverGroup], scene: RayScene) -> Receivers:
-        """Those of some groups, at least one, in their order."""
+        """The receivers of some groups, at least one, in their order."""
         places = [scene.normalised(group.points) for group in groups]
         return cls(
             points=np.concatenate(places),
@@ -78,7 +78,7 @@ def _horizons(groups: Sequence[ReceiverGroup]) -> Float64 | None:
 
 
 def unshadowed(normals: Float64, order: int = sh.ORDER, workers: Workers = ALL_CORES) -> Float32:
-    """Transport of open receivers, in closed form: `T_lm = A_l / pi * Y_lm(n)`.
+    """Compute the transport of open receivers in closed form: `T_lm = A_l / pi * Y_lm(n)`.
 
     The convolution theorem of Ramamoorthi & Hanrahan 2001, "An Efficient Representation for Irradiance Environment
     Maps", with the Lambertian 1/pi.
@@ -108,7 +108,7 @@ def shadowed(
     seed: int = 0,
     workers: Workers = ALL_CORES,
 ) -> Float32:
-    """Self-shadowed transport by cosine-weighted rays.
+    """Compute shadowed transport by cosine-weighted rays.
 
     Args:
         scene: what blocks the light.

@@ -44,7 +44,7 @@ class KeptHits:
 
     @property
     def nbytes(self) -> int:
-        """Memory it occupies."""
+        """The memory that the hits occupy."""
         return memory_of(self.starts, self.packed)
 
     def __len__(self) -> int:
@@ -84,12 +84,12 @@ class HitStore:
 
     @property
     def count(self) -> int:
-        """Hits, of all receivers."""
+        """The number of hits of all receivers."""
         return sum(len(piece.packed) for piece in self.pieces)
 
     @property
     def nbytes(self) -> int:
-        """Memory it occupies."""
+        """The memory that the hits occupy."""
         return sum(piece.nbytes for piece in self.pieces)
 
     def __len__(self) -> int:
@@ -115,7 +115,7 @@ def trace(
     returns: npt.NDArray[np.bool_],
     workers: Workers = ALL_CORES,
 ) -> tuple[Float32, KeptHits]:
-    """Direct transport, the same bits as `direct.shadowed`, and what the blocked rays hit.
+    """Trace rays: direct transport, the same bits as `direct.shadowed`, and what the blocked rays hit.
 
     A hit on a back face blocks the light and returns none, as does one on a triangle that returns nothing.
 

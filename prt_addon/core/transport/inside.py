@@ -160,7 +160,7 @@ def find_buried(
     seed: int = 0,
     workers: Workers = ALL_CORES,
 ) -> Bools:
-    """Which receivers lie inside other geometry and can be filled from outside; see the top of this file.
+    """Find the receivers that lie inside other geometry and can be filled from outside, as the top of this file says.
 
     Args:
         around: the geometry that they may lie in.

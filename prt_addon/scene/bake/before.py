@@ -29,7 +29,7 @@ class _Held:
 
 
 class Before:
-    """A file before a bake of some objects.
+    """A file before a bake of some objects: what the bake will change of it.
 
     light: what was lent to a world that had none.
     """
@@ -55,11 +55,11 @@ class Before:
                 self._kept.add(held.carrier.carrier)
 
     def note_shading(self, objects: Iterable[bpy.types.Object]) -> None:
-        """Materials of these objects were relit."""
+        """Note that materials of these objects were relit."""
         self._lit |= {material.session_uid for material in shading.relit_materials(objects)} - self._relit
 
     def put_back(self) -> list[str]:
-        """Bring all of it back.
+        """Bring all that was noted back.
 
         Returns:
             Names of objects whose meshes have other elements by now, so that their earlier layers are gone.

@@ -95,7 +95,7 @@ def objects_to_bake(context: bpy.types.Context) -> list[bpy.types.Object]:
 
 
 def nothing(context: bpy.types.Context, notices: Iterable[Notice], done: str = "baked") -> MeshError:
-    """The error that says why nothing is left to bake."""
+    """Make the error that says why nothing is left to bake."""
     found = counted(notices)
     if not found:
         return MeshError(
@@ -105,7 +105,7 @@ def nothing(context: bpy.types.Context, notices: Iterable[Notice], done: str = "
 
 
 def sorted_out(objects: Iterable[bpy.types.Object]) -> tuple[list[bpy.types.Object], list[Notice]]:
-    """Those of some objects that a bake can be written to, and a notice on each of the others."""
+    """Sort out the objects that a bake can be written to; a notice on each of the others."""
     kept, notices = [], []
     for ob in objects:
         if not is_own(ob) or not is_own(ob.data):

@@ -30,7 +30,7 @@ def coarse_objects(plan: BakePlan) -> list[Notice]:
 
 
 def levels(plan: BakePlan) -> dict[str, int]:
-    """How many times the faces of each such object are to be cut into four, by its full name.
+    """How many times to cut the faces of each object that is too coarse into four, by its full name.
 
     The size of what shades an object is the median radius of all else that stays in its place.
     """

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Finds which bakes are stale, and why.
 
-`freshness` reads the scene as a bake would, and is as slow; `glance` is for drawing: what can be told at once, and what
+`freshness` reads the scene as a bake would, and is as slow; `glance` is for drawing: what can be seen at once, and what
 the last check found. That is kept for the session and not in the file, which must not change because it was looked at.
 """
 
@@ -54,7 +54,7 @@ _PHRASES: dict[Cause, str] = {
 
 @dataclass(frozen=True)
 class Freshness:
-    """How it stands with the bake of one object.
+    """What is known of the bake of one object: whether it is stale, and why.
 
     state: NEVER baked, UNKNOWN because an older version or another program baked it, NEWER because a newer version
         did, UNCHECKED (only `glance`), FRESH or STALE.
@@ -67,7 +67,7 @@ class Freshness:
 
     @property
     def lines(self) -> list[str]:
-        """What to tell a person: a headline, and then what there is to say about it."""
+        """What users read: a headline, and then each cause."""
         details = [_ADVICE[self.state]] if self.state in _ADVICE else self.causes.values()
         return [_HEADLINES[self.state], *details]
 
@@ -117,7 +117,7 @@ def listed_stale(scene: bpy.types.Scene) -> list[Freshness]:
 
 
 def note_baked(objects: Iterable[bpy.types.Object], as_read: bool = True) -> None:
-    """Objects were baked just now: what a check would find is known without looking, if they are as they were read."""
+    """Note that objects were baked just now: what a check would find is known without one, if they are as they were read."""
     for ob in objects:
         for listed in session.stale.values():
             listed.pop(ob.session_uid, None)
@@ -129,13 +129,13 @@ def note_baked(objects: Iterable[bpy.types.Object], as_read: bool = True) -> Non
 
 
 def preview_notices(objects: Iterable[bpy.types.Object]) -> list[Notice]:
-    """A notice on each object that shows a preview: of a bake that runs, that was kept, or that a file was saved amid."""
+    """Make a notice on each object that shows a preview: of a bake that runs, was kept, or was not over when the file was saved."""
     records = [(ob.name, _record(ob)) for ob in objects]
     return [Notice(_PREVIEW, name, {"rays": _seen(record)}) for name, record in records if record and record.preview_of]
 
 
 def glance(context: bpy.types.Context, ob: bpy.types.Object, settings: BakeSettings | None = None) -> Freshness:
-    """What can be told of an object without reading its mesh: cheap enough to be drawn.
+    """Judge the bake of an object without reading its mesh: cheap enough to be drawn.
 
     Moves, other settings and other numbers of vertices are seen at once, all else as the last check found it.
     Arguments as those of `freshness`.
@@ -198,7 +198,7 @@ def _checkable(ob: bpy.types.Object) -> BakeRecord | None:
 
 
 def _differences(record: BakeRecord, evidence: Evidence | None) -> frozenset[Cause]:
-    """Causes that only the whole scene can tell."""
+    """Find the causes that only the whole scene shows."""
     if evidence is None:
         return frozenset({"HIDDEN"})
     was, now = record.fingerprint, evidence.fingerprint(record.settings.mode, record.space)
@@ -215,22 +215,22 @@ def _differences(record: BakeRecord, evidence: Evidence | None) -> frozenset[Cau
 
 def _other_settings(record: BakeRecord, settings: BakeSettings, space: str) -> str:
     """What differs between the settings of a bake and those of the next, or an empty string."""
-    told = []
+    changes = []
     if record.settings.mode != settings.mode:
-        told.append((_name(MODES, record.settings.mode), _name(MODES, settings.mode)))
+        changes.append((_name(MODES, record.settings.mode), _name(MODES, settings.mode)))
     else:
         used = record.settings.used | settings.used
         for entry in fields(BakeSettings):
             was, now = (getattr(one, entry.name) for one in (record.settings, settings))
             same = isclose(was, now, rel_tol=1e-6) if isinstance(was, float) else was == now
             if entry.name in used and not same:
-                told.append(_told(entry.name, was, now))
+                changes.append(_changed(entry.name, was, now))
     if record.space != space:
-        told.append((f"for {_name(SPACES, record.space)}", _name(SPACES, space)))
-    return "; ".join(f"{was}, now {now}" for was, now in told)
+        changes.append((f"for {_name(SPACES, record.space)}", _name(SPACES, space)))
+    return "; ".join(f"{was}, now {now}" for was, now in changes)
 
 
-def _told(name: str, was: float, now: float) -> tuple[str, str]:
+def _changed(name: str, was: float, now: float) -> tuple[str, str]:
     """A changed setting in words: `256 samples`, now `512`."""
     before, after = (f"{value:g}" if isinstance(value, float) else str(value) for value in (was, now))
     return (f"{before} {name}" if name in {"samples", "bounces"} else f"{name} {before}", after)

@@ -37,7 +37,7 @@ class Read:
 
 
 def around(everything: IdentitySum, read: Read) -> IdentitySum:
-    """All that blocks light beside one that was read."""
+    """Sum up all that blocks light beside an object that was read."""
     return everything.without(read.identity) if read.blocks else everything
 
 
@@ -48,12 +48,12 @@ def group_numbers(stay: Sequence[bool], others: int) -> list[int]:
 
 
 def island(read: Sequence[Read], bounces: bool) -> Island:
-    """Of objects that shade each other."""
+    """Make the island of objects that shade each other."""
     return Island([one.receivers.group for one in read if one.receivers], _joined(read, bounces))
 
 
 def fingerprint(receiving: Iterable[tuple[str, Read]], everything: IdentitySum) -> str:
-    """Of those that receive light and what they are baked for, and of all that blocks it. Colours play no part."""
+    """Digest the objects that receive light, what they are baked for, and all that blocks light. Colours play no part."""
     parts = [f"{everything.occluders:x}".encode()]
     for space, read in receiving:
         if read.receivers:

@@ -20,7 +20,7 @@ _Socket = tuple[str, str]
 
 @dataclass(frozen=True)
 class LentLight:
-    """What was lent.
+    """A light that a world was lent, and how to take it back.
 
     world: that carries it, by its identifier in this session.
     animated: whether it had animation data before.
@@ -74,7 +74,7 @@ def lend(sky: Sky, projection: Projection) -> LentLight:
 
 
 def lend_white(world: bpy.types.World) -> LentLight:
-    """Light it by a white sky."""
+    """Light a world that has no light yet by a white sky."""
     animated = world.animation_data is not None
     light.write_stand_in(world)
     return LentLight(world.session_uid, animated)

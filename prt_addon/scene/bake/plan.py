@@ -15,7 +15,7 @@ from ..mesh.record import Evidence
 
 @dataclass(frozen=True)
 class ObjectToBake:
-    """One object of a plan: no bpy data.
+    """One object of a plan, without bpy data.
 
     name: its full name.
     surface: its own, as it renders, in the axes that it is baked in.
@@ -45,7 +45,7 @@ class BakePlan:
 
     objects: in the order that was asked for.
     problem: for the engine. Its first island is the scene; each object that may move has one of its own.
-    notices: what the person should know.
+    notices: what the user should know.
     radii: of all that stays in its place, with the name of the object, or none.
     """
 
@@ -56,5 +56,5 @@ class BakePlan:
 
     @property
     def scene(self) -> Island:
-        """All that stays in its place."""
+        """The island of all that stays in its place."""
         return self.problem.islands[0]

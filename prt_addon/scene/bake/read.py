@@ -200,7 +200,7 @@ def read_bake(
 def survey(
     context: bpy.types.Context, objects: Sequence[bpy.types.Object], others: bool, bounces: bool
 ) -> list[Evidence | None]:
-    """What bakes of `objects` would depend on, each on its own: without its receivers; None of what does not render.
+    """Find what each bake of `objects` would depend on, without reading receivers; None for what does not render.
 
     Args:
         others: whether to look at all that stands around them.

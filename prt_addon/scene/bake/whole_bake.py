@@ -2,7 +2,7 @@
 """Bakes a scene once: checks and reads everything first, and writes once the whole result is there. Previews of it may
 be shown in between, and are taken back before anything else is written.
 
-Nothing of the person's is applied or refused: an object whose own mesh cannot hold its transport gets a carrier, and what
+Nothing of the user's is applied or refused: an object whose own mesh cannot hold its transport gets a carrier, and what
 cannot be baked at all is left out and named.
 """
 
@@ -47,7 +47,7 @@ _UNIFORM = Kind(
 
 
 class WholeBake:
-    """What is to be baked, read when this is made; `show` puts previews into the file, `write` the result.
+    """Bakes the objects that it reads when it is made; `show` writes previews into the file, `write` the result.
 
     settings: of the bake.
     plan: what takes part.
@@ -115,7 +115,7 @@ class WholeBake:
         return [*self.plan.notices, *found, *coarse_objects(self.plan), *self._about_light]
 
     def look(self) -> None:
-        """See that the objects are what was read, if anything has moved since the last look; not those in Edit Mode, yet.
+        """Check that the objects are what was read, if anything has moved since the last look; not yet those in Edit Mode.
 
         Raises:
             MeshError: if one is not.

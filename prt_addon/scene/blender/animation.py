@@ -18,7 +18,7 @@ def channels(block: bpy.types.ID) -> Any:
 
 
 def interpolate_linearly(block: bpy.types.ID, paths: set[str] | None = None) -> None:
-    """Have a data-block go in straight lines between its keyframes.
+    """Make the keyframes of a data-block interpolate linearly.
 
     Args:
         paths: of what; all that is animated if None.

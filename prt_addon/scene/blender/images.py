@@ -102,7 +102,7 @@ def write_pixels(image: bpy.types.Image, pixels: npt.NDArray[np.float32]) -> Non
 
 
 def float_image(name: str, pixels: npt.NDArray[np.float32]) -> bpy.types.Image:
-    """A new image of such pixels."""
+    """Make an image of such pixels."""
     height, width, channels = pixels.shape
     image = bpy.data.images.new(name, width, height, alpha=channels == 4, float_buffer=True)
     write_pixels(image, pixels)
@@ -110,7 +110,7 @@ def float_image(name: str, pixels: npt.NDArray[np.float32]) -> bpy.types.Image:
 
 
 def missing(image: bpy.types.Image) -> PictureError:
-    """What to say of an image that has no pixels."""
+    """Make the error about an image that has no pixels."""
     return PictureError(
         f"Image '{image.name}' cannot be read from '{image.filepath}': find the missing file or open another."
     )

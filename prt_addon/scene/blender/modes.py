@@ -15,7 +15,7 @@ from ...core.errors import MeshError
 
 @contextmanager
 def object_mode(context: bpy.types.Context) -> Iterator[None]:
-    """Object Mode inside, the mode before outside: meshes in Edit Mode hide their attributes."""
+    """Work in Object Mode, and return to the mode before: meshes in Edit Mode hide their attributes."""
     active = context.view_layer.objects.active
     mode = active.mode if active else "OBJECT"
     if mode != "OBJECT":
@@ -29,19 +29,19 @@ def object_mode(context: bpy.types.Context) -> Iterator[None]:
 
 @dataclass(frozen=True)
 class Place:
-    """Which scene and view layer a job was begun in: by the time it ends, the window may show another."""
+    """The scene and view layer that a job was begun in: by the time it ends, the window may show another."""
 
     scene: str
     layer: str
 
     @classmethod
     def of(cls, context: bpy.types.Context) -> Place:
-        """The one that a context shows."""
+        """The place that a context shows."""
         return cls(context.scene.name, context.view_layer.name)
 
     @contextmanager
     def again(self, context: bpy.types.Context) -> Iterator[None]:
-        """Act there.
+        """Work in that place once more.
 
         Raises:
             MeshError: if it is gone.
@@ -56,12 +56,12 @@ class Place:
 
 
 def by_uid(collection: Any, uid: int) -> Any:
-    """A data-block of this session, whatever it is called by now; None if it is no more. Undo keeps it."""
+    """Find a data-block of this session, whatever its name is by now; None if it is no more. Undo keeps it."""
     return next((block for block in collection if block.session_uid == uid), None)
 
 
 def found_again(collection: Any, kind: str, name: str) -> Any:
-    """A data-block that was there when a job began.
+    """Find a data-block again that was there when a job began.
 
     Raises:
         MeshError: if it is no more.

@@ -192,7 +192,7 @@ def nodes_are_on(block: bpy.types.Material | bpy.types.World) -> bool:
 
 
 def turn_nodes(block: bpy.types.Material | bpy.types.World, on: bool) -> None:
-    """Have a material or a world made of nodes, or not, where there is a choice."""
+    """Switch the nodes of a material or a world on or off, where there is a choice."""
     if _NODES_ARE_OPTIONAL:
         block.use_nodes = on
 
@@ -202,7 +202,7 @@ HAD_NO_NODES = "prt_had_no_nodes"
 
 
 def uses_nodes(material: bpy.types.Material) -> bool:
-    """Whether the person's material is made of nodes; if not, it is its viewport colour."""
+    """Whether the user's material is made of nodes; if not, it is its viewport colour."""
     return nodes_are_on(material) and not material.get(HAD_NO_NODES)
 
 
@@ -218,7 +218,7 @@ class Graph:
         self._y = 0.0
 
     def column(self) -> None:
-        """Go on to the right: what follows is a new step."""
+        """Start a new column to the right: what follows is a new step."""
         self._x += 190.0
         self._y = 0.0
 
@@ -245,7 +245,7 @@ class Graph:
         return node
 
     def math(self, operation: str, *values: object) -> bpy.types.NodeSocket:
-        """Scalar arithmetic."""
+        """Add scalar arithmetic."""
         node = self.add("ShaderNodeMath")
         node.operation = operation
         for entry, value in zip(node.inputs, values, strict=False):
@@ -253,7 +253,7 @@ class Graph:
         return node.outputs[0]
 
     def vector(self, operation: str, *values: object) -> bpy.types.NodeSocket:
-        """Arithmetic on three channels at once, a scalar socket counts for all three; or a scalar, such as a dot product."""
+        """Add arithmetic on three channels, for all of which a scalar socket counts; or a scalar such as a dot product."""
         node = self.add("ShaderNodeVectorMath")
         node.operation = operation
         for entry, value in zip(node.inputs, values, strict=False):

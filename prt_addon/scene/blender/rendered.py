@@ -57,7 +57,7 @@ class _Reader(bpy.types.RenderEngine):
 
 
 def as_rendered(context: bpy.types.Context, read: Callable[[bpy.types.Depsgraph], Result]) -> Result:
-    """What a function finds in the scene and view layer of a context as renders see them.
+    """Call a function with the depsgraph that renders of a context's scene and view layer see.
 
     Args:
         read: gets the dependency graph, which is gone when it returns. It may add data-blocks, but must call no operator.
@@ -142,7 +142,7 @@ def _handlers_silenced() -> Iterator[None]:
 
 @contextmanager
 def picture_kept() -> Iterator[None]:
-    """The person's last render stays: ours goes into a slot of its own, which can be found again but not removed."""
+    """Keep the user's last render: ours goes into a slot of its own, which can be found again but not removed."""
     picture = bpy.data.images.get(_PICTURE)
     slots = picture.render_slots if picture else None
     active = slots.active_index if slots else 0

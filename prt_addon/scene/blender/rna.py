@@ -44,14 +44,14 @@ def _reached(block: bpy.types.ID) -> Any:
 
 
 def plain(value: Any) -> Any:
-    """Numbers, text, or tuples of them."""
+    """Convert a value to numbers, text, or tuples of them."""
     if isinstance(value, set):
         return sorted(value)
     return value if value is None or isinstance(value, (str, int, float)) else tuple(value)
 
 
 def plain_properties(block: bpy.types.ID | bpy.types.bpy_struct) -> dict[str, bool | int | float | list[Any]]:
-    """Copies of the custom properties that an Attribute node can read: numbers and lists of them. The data-block may go."""
+    """Copy the custom properties that an Attribute node can read: numbers and lists of them. The data-block may go."""
     found: dict[str, bool | int | float | list[Any]] = {}
     for name, value in block.items():
         if isinstance(value, (bool, int, float)):

@@ -36,7 +36,7 @@ class _Unkeyed:
 
 @contextmanager
 def unkeyed_values(context: bpy.types.Context) -> Iterator[None]:
-    """Frames that are evaluated inside leave such values alone."""
+    """Keep such values while frames are evaluated inside."""
     found = list(_unkeyed(context.scene.frame_current_final))
     for one in found:
         one.curve.mute = True

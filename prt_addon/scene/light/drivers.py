@@ -35,7 +35,7 @@ _SUN_TURN = (
 
 
 def follow(sky: Sky, mapping: bpy.types.Node | None) -> None:
-    """Have turn and strength follow the sky's nodes.
+    """Make turn and strength follow the sky's nodes.
 
     Args:
         mapping: the node that turns the sky; None if there is none.
@@ -91,7 +91,7 @@ def drive_rotation(ob: bpy.types.Object, sky: Sky, mapping: bpy.types.Node | Non
 
 
 def drive_energy(lamp: bpy.types.Light, path: str, world: bpy.types.World) -> None:
-    """Have a lamp's energy follow a property of its own, times the strength of a world's light."""
+    """Make a lamp's energy follow a property of its own, times the strength of a world's light."""
     driver = _scripted(lamp, "energy")
     _read(driver, "e", lamp, path)
     _read(driver, "s", world, f'["{STRENGTH}"][0]')
@@ -128,7 +128,7 @@ def _drive(sky: Sky, name: str, index: int, expression: str, variables: dict[str
 
 
 def remove_drivers(world: bpy.types.World) -> None:
-    """Take all of them off; what they wrote stays."""
+    """Remove all drivers of a light; what they wrote stays."""
     for name in DRIVEN:
         if name in world:
             world.driver_remove(f'["{name}"]')

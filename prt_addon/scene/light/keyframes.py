@@ -16,7 +16,7 @@ from .light import keyframe_light, mark_keyframed, unmark_keyframed, write_light
 
 
 def keyframes(first: int, last: int, step: int) -> list[int]:
-    """Every step-th frame of a range, and the last.
+    """The frames to keyframe: every step-th of a range, and the last.
 
     Raises:
         LightError: if the range is empty.

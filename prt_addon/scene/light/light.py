@@ -42,7 +42,7 @@ above what EEVEE took texels of the sky for a sun."""
 
 @dataclass(frozen=True)
 class Followed:
-    """What the light follows; None where it follows none.
+    """The sockets and nodes that a light follows; None where it follows none.
 
     rotation: the socket of a Mapping node.
     sun: the Sky Texture whose Sun Rotation it is instead.
@@ -135,7 +135,7 @@ _KINDS: dict[str, type | tuple[type, ...]] = {
 
 
 def light_record(world: bpy.types.World) -> Mapping[str, Any]:
-    """What is noted of a world's light; empty if there is nothing, or not what we write: then it is of unknown origin."""
+    """The record of a world's light; empty if there is none that we wrote: then the light is of unknown origin."""
     record = world.get(RECORD)
     if not hasattr(record, "keys"):
         return {}
@@ -145,7 +145,7 @@ def light_record(world: bpy.types.World) -> Mapping[str, Any]:
 
 
 def light_settings_of(world: bpy.types.World) -> LightSettings:
-    """How the world's light was projected."""
+    """The settings that a world's light was projected with."""
     record = light_record(world)
     return LightSettings(record["window"], record["cutoff"], record.get("lamps", "NONE"))
 
@@ -167,7 +167,7 @@ def read_light(world: bpy.types.World) -> Array:
 
 
 def read_lamps(world: bpy.types.World) -> Array:
-    """(9, 3) what of the stored light of a world that `has_light` lamps show instead."""
+    """(9, 3) the part of a world's stored light that lamps show instead. The world must have a light (`has_light`)."""
     if any(len(world[name]) < 4 for name in (*LIGHT, *TURN)):
         return np.zeros((len(LIGHT), 3))
     return np.multiply.outer([world[name][3] for name in LIGHT], [world[name][3] - 1.0 for name in TURN])
@@ -179,7 +179,7 @@ def read_turn(world: bpy.types.World) -> Array:
 
 
 def strength_of(world: bpy.types.World) -> float:
-    """By what the stored light is scaled now."""
+    """The strength that scales the stored light now."""
     return float(value[0] if hasattr(value := world[STRENGTH], "__len__") else value)
 
 
@@ -214,7 +214,7 @@ def may_stand_in(world: bpy.types.World | None) -> bool:
 
 
 def write_stand_in(world: bpy.types.World) -> None:
-    """Light a world's bakes by a white sky of radiance 1, in place of one that cannot be projected: in black nothing would be seen."""
+    """Light a world by a white sky of radiance 1 in place of one that cannot be projected, as in black nothing is seen."""
     white = np.zeros((sh.coefficient_count(sh.ORDER), 3))
     white[0] = 2.0 * np.sqrt(np.pi)
     write_still_light(world, white)
@@ -335,7 +335,7 @@ def mark_keyframed(world: bpy.types.World, first: int, last: int) -> bool:
 
 
 def unmark_keyframed(world: bpy.types.World) -> None:
-    """Take the note back."""
+    """Remove the note that the light is keyframed."""
     del world[RECORD][FRAMES]
 
 

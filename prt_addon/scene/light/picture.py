@@ -26,7 +26,7 @@ _ICON_HEIGHT = 64
 
 @dataclass(frozen=True)
 class Kept:
-    """How the energy, the integral of the square over the sphere, is spread.
+    """How the energy of a light, the integral of its square over the sphere, is spread over its bands.
 
     bands: share of each band.
     of_sky: whether shares are of the sky's energy, which says what was lost; else of the light's own.
@@ -58,7 +58,7 @@ def make_picture(scene: bpy.types.Scene) -> tuple[bpy.types.Image, bool]:
 
 
 def kept(world: bpy.types.World) -> Kept:
-    """How much of the energy lies in each band of the light of a world that has one; cheap."""
+    """Measure how much of the energy lies in each band of the light of a world that has one; cheap."""
     stored = light.read_light(world)
     total = session.sky_energies.get(digest(stored))
     return Kept(energy_shares(stored, total), total is not None)
@@ -81,7 +81,7 @@ def icon(world: bpy.types.World) -> int:
 
 
 def unregister() -> None:
-    """Give back what is kept in memory."""
+    """Free what is kept in memory."""
     if session.icons is not None:
         bpy.utils.previews.remove(session.icons)
         session.icons = None

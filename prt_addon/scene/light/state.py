@@ -38,7 +38,7 @@ class LightState:
 
 
 def light_state(world: Any) -> LightState:
-    """Whether the light is still that of the world's nodes and pictures; fast enough to ask while they are edited.
+    """Decide whether the light is still that of the world's nodes and pictures; fast enough while they are edited.
 
     Args:
         world: a World or None; may be an evaluated one, where a depsgraph and not the file says what it is now.
@@ -87,7 +87,7 @@ def _not_followed(sky: Sky) -> list[str]:
 
 
 def note_repainted(world: bpy.types.World, image: bpy.types.Image) -> None:
-    """Remember that the texels of one of the world's pictures may have changed: nothing else would tell."""
+    """Note that the texels of one of the world's pictures may have changed: nothing else shows it."""
     if not is_projected(world) or is_keyframed(world):
         return
     try:

@@ -34,7 +34,7 @@ DEFAULT_COLOUR = (0.8, 0.8, 0.8)
 
 @dataclass(frozen=True)
 class SurfaceAlbedo:
-    """Albedo of one object's triangles: constants (T, 3), patterns over some of them, and what could not be followed.
+    """Albedo of one object's triangles: constants (T, 3), patterns over some of them, and what could not be read.
 
     notices: each with the name of its material.
     identity: digest of all that light takes on.

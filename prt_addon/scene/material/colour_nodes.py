@@ -13,7 +13,7 @@ from .reading import PART, RGB, Colour, Constant, Inside, Mixed, Source
 
 
 def build(tree: bpy.types.NodeTree, colour: Colour) -> bpy.types.NodeSocket | RGB:
-    """What gives a colour in a tree, with new nodes if it takes some.
+    """Make the socket that gives a colour in a tree, with new nodes if it takes some.
 
     Args:
         tree: that the colour was read in, or a copy of it.
@@ -82,7 +82,7 @@ def _handed_out(tree: bpy.types.NodeTree, inside: Inside) -> bpy.types.NodeSocke
 
 
 def add_part(tree: bpy.types.NodeTree, kind: str) -> bpy.types.Node:
-    """A node of ours, which `remove_parts` takes out."""
+    """Add a node of ours, which `remove_parts` takes out."""
     node = tree.nodes.new(kind)
     node[PART], node.label, node.hide, node.select = True, "PRT", True, False
     return node

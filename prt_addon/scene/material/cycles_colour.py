@@ -55,7 +55,7 @@ _ASK_FOR_PLACE = {
 
 @dataclass(frozen=True)
 class Unread:
-    """A material that Cycles shall evaluate; `colour` is what is wanted of it, None for the whole."""
+    """A material that Cycles is to evaluate; `colour` is the colour that is wanted of it, None for the whole material."""
 
     material: bpy.types.Material
     colour: Colour | None = None
@@ -151,7 +151,7 @@ class CyclesRequests:
         return request
 
     def close(self) -> None:
-        """Remove all that they left in the file."""
+        """Remove all that the requests left in the file."""
         for request in self._requests:
             request.close()
         self._requests.clear()

@@ -15,7 +15,7 @@ from .reading import Colour, Constant, Inside, Mixed, Source, own_output
 
 
 def why_not_shown(material: bpy.types.Material, colour: Colour | None) -> str:
-    """What is lost of a colour that was read of a material; of all that its surface needs, if the colour is None.
+    """Say what is lost of a colour that was read of a material; of all that its surface needs, if the colour is None.
 
     Returns:
         To stand after the name of the material and a colon; empty if nothing is lost.

@@ -33,14 +33,14 @@ class Constant:
 
 @dataclass(frozen=True)
 class Source:
-    """What an output of a node gives, in the material's own tree, or in that of the group that an `Inside` names."""
+    """The output of a node that gives a value, in the material's own tree, or in that of the group that an `Inside` names."""
 
     socket: bpy.types.NodeSocket
 
 
 @dataclass(frozen=True)
 class Inside:
-    """What is found inside a node group."""
+    """A value inside a node group."""
 
     group: bpy.types.Node
     colour: Colour
@@ -48,7 +48,7 @@ class Inside:
 
 @dataclass(frozen=True)
 class Mixed:
-    """`first` where the factor is 0, `second` where it is 1."""
+    """A mix: `first` where the factor is 0, `second` where it is 1."""
 
     factor: Colour
     first: Colour
@@ -57,7 +57,7 @@ class Mixed:
 
 @dataclass(frozen=True)
 class Sum:
-    """Both at once."""
+    """A sum of two values."""
 
     first: Colour
     second: Colour
@@ -84,7 +84,7 @@ _COLOURLESS = {"ShaderNodeEmission", "ShaderNodeHoldout", "ShaderNodeBackground"
 class MaterialReading:
     """How a material looks to one engine.
 
-    output: the person's own Material Output for it; None if there is none, or the material has no nodes.
+    output: the user's own Material Output for it; None if there is none, or the material has no nodes.
     colour: of the surface; None if nothing reflects light, or what does cannot be read.
     why_not: why it cannot be read, to stand after the name of the material and a colon; empty if it can.
     through: which share of the light it lets through: by alpha, a Transparent BSDF or glass; none if it cannot be read.
@@ -131,7 +131,7 @@ def has_surface(material: bpy.types.Material) -> bool:
 
 
 def own_output(tree: bpy.types.NodeTree, engine: RenderEngine) -> bpy.types.Node | None:
-    """The person's own output that an engine shows: as `get_output_node`, which would find ours.
+    """The user's own output that an engine shows: as `get_output_node`, which would find ours.
 
     One that is made for the engine comes before one for all, and among equals the active one.
     """

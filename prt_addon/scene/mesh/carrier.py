@@ -31,7 +31,7 @@ _SET = ("show_viewport", "show_render", "show_in_editmode", "show_expanded")
 
 @dataclass(frozen=True)
 class Geometry:
-    """A mesh that a carrier is to have, in the object's own axes.
+    """A mesh for a carrier, in the object's own axes.
 
     positions: (V, 3) float32.
     corner_vertex: (corners,) int32 the vertex of each.
@@ -44,17 +44,17 @@ class Geometry:
 
     @classmethod
     def of(cls, mesh: bpy.types.Mesh) -> Geometry:
-        """That of an evaluated mesh."""
+        """The geometry of an evaluated mesh."""
         return cls(layer_array(mesh, "position", "vector", 3), corner_vertices(mesh), face_starts(mesh))
 
     @property
     def counts(self) -> tuple[int, int]:
-        """Vertices and face corners."""
+        """The numbers of vertices and face corners."""
         return len(self.positions), len(self.corner_vertex)
 
 
 def is_carrier(ob: bpy.types.Object) -> bool:
-    """Whether an object is a carrier: people have nothing to do with it."""
+    """Whether an object is a carrier, which users never handle."""
     return _MARK in ob
 
 
@@ -110,7 +110,7 @@ def show_light(ob: bpy.types.Object, light: LightKind) -> None:
 
 @dataclass(frozen=True)
 class Snapshot:
-    """How an object shows its carrier, to have it do so again; until `sweep`, nothing is gone.
+    """How an object shows its carrier, to restore that; until `sweep`, nothing is gone.
 
     modifier: the name of the modifier that shows it; None if there is none.
     place: of the modifier in the stack.
@@ -126,7 +126,7 @@ class Snapshot:
 
     @classmethod
     def of(cls, ob: bpy.types.Object) -> Snapshot:
-        """That of an object as it is."""
+        """Take the snapshot of an object as it is."""
         modifier = _modifier(ob)
         if modifier is None:
             return cls()
@@ -162,7 +162,7 @@ def take_off(ob: bpy.types.Object) -> bool:
 
 
 def ours() -> set[int]:
-    """Identifiers in this session of all carriers and their node groups."""
+    """The identifiers in this session of all carriers and their node groups."""
     blocks = [*filter(is_carrier, bpy.data.objects), *filter(is_carrier_group, bpy.data.node_groups)]
     return {block.session_uid for block in blocks}
 

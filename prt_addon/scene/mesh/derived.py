@@ -29,7 +29,7 @@ _GOLDEN = 0.6180339887
 
 
 def derived_sources(ob: bpy.types.Object, evaluated: bpy.types.Mesh) -> Iterator[bytes | npt.NDArray[np.generic]]:
-    """What to make a digest of, of an original object and its evaluated mesh."""
+    """Collect what identifies the evaluated mesh of an original object, to make a digest of."""
     yield layer_array(ob.data, "position", "vector", 3)
     yield corner_vertices(ob.data)
     yield face_starts(ob.data)

@@ -79,7 +79,7 @@ class Snapshot:
 
     @classmethod
     def of(cls, mesh: bpy.types.Mesh) -> Snapshot:
-        """Those of a mesh."""
+        """Take the snapshot of a mesh as it is."""
         record, colours = mesh.get(RECORD), mesh.color_attributes
         values = {name: layer_array(mesh, name, "color", 4) for name in LAYERS} if is_baked(mesh) else {}
         return cls(
@@ -110,17 +110,17 @@ def _size(mesh: bpy.types.Mesh, domain: Domain) -> int:
 
 
 def read(mesh: bpy.types.Mesh) -> npt.NDArray[np.float32]:
-    """(elements of the layers' domain, 9, 3) float32 of a baked mesh, in the axes that `space_of` names."""
+    """Read the transport of a baked mesh: (elements of its domain, 9, 3) float32, in the axes that `space_of` names."""
     return np.stack([layer_array(mesh, name, "color", 4)[:, :3] for name in LAYERS], axis=1)
 
 
 def domain_of(mesh: bpy.types.Mesh) -> Domain:
-    """Where the layers of a baked mesh lie: on its points or its corners."""
+    """The domain of a baked mesh's layers: its points or its corners."""
     return "POINT" if mesh.attributes[LAYERS[0]].domain == "POINT" else "CORNER"
 
 
 def space_of(mesh: bpy.types.Mesh) -> Space:
-    """Whose axes the transport of a baked mesh is in."""
+    """Whose axes the transport of a baked mesh is in: the scene's or the object's."""
     return "OBJECT" if mesh.get(RECORD, {}).get("space") == "OBJECT" else "SCENE"
 
 

@@ -44,11 +44,11 @@ class Surface:
     one_sided: npt.NDArray[np.bool_]
 
     def with_sides(self, one_sided: Iterable[int]) -> Surface:
-        """The same where light passes through the backs of some material slots."""
+        """The same surface, with light passing through the backs of some material slots."""
         return replace(self, one_sided=np.isin(self.material, list(one_sided)))
 
     def without(self, slots: Iterable[int]) -> Surface:
-        """The same without the triangles of some material slots."""
+        """The same surface without the triangles of some material slots."""
         kept = ~np.isin(self.material, list(slots))
         return Surface(
             self.vertices, self.triangles[kept], self.corners[kept], self.material[kept], self.one_sided[kept]
@@ -121,7 +121,7 @@ def layer_array(mesh: bpy.types.Mesh, layer: str, key: str, width: int) -> npt.N
 
 
 def positions(mesh: bpy.types.Mesh) -> bytes:
-    """A digest of where the vertices lie."""
+    """Digest where the vertices lie."""
     return digest(layer_array(mesh, "position", "vector", 3))
 
 

@@ -57,7 +57,7 @@ class Identity:
 
     @cached_property
     def numbers(self) -> tuple[int, int, int]:
-        """What it adds to an `IdentitySum`: as an occluder, as what light bounces off, and with its colours."""
+        """What this object adds to an `IdentitySum`: as an occluder, as what light bounces off, and with its colours."""
         occluder = self.shape + self.placement
         reflector = occluder + self.normals
         occludes, reflects, colours = map(digest, (occluder, reflector, reflector + self.colours))
@@ -66,7 +66,7 @@ class Identity:
 
 @dataclass(frozen=True)
 class IdentitySum:
-    """Many objects as one, whatever their order: sums of their numbers.
+    """Identifies many objects together, whatever their order, by sums of their numbers.
 
     Sums and not exclusive ors: two of a kind must not cancel.
     """
@@ -82,7 +82,7 @@ class IdentitySum:
         return cls(*map(sum, zip(*numbers, strict=True)))
 
     def without(self, one: Identity) -> IdentitySum:
-        """All that one of its objects has around itself."""
+        """The sum of all objects but one: what surrounds that one."""
         occludes, reflects, colours = one.numbers
         return IdentitySum(self.occluders - occludes, self.reflectors - reflects, self.colours - colours)
 
@@ -116,7 +116,7 @@ class Evidence:
     others: IdentitySum
 
     def fingerprint(self, mode: str, space: str) -> Fingerprint:
-        """The part that matters to a bake."""
+        """The part that matters to a bake in a mode, for the scene or for the object itself."""
         bounces = mode in BOUNCING
         others = colours = ""
         if space == "OBJECT":
@@ -149,7 +149,7 @@ class BakeRecord:
 
 
 def transform_of(matrix: npt.ArrayLike, mode: str, space: str) -> tuple[float, ...]:
-    """What a bake depends on of an object's world matrix.
+    """The part of an object's world matrix that a bake depends on.
 
     Turn, scale and place; without shadows the place is all the same; in the object's own axes only their lengths and
     angles matter, which are the same however it is turned or mirrored.
@@ -178,7 +178,7 @@ def mesh_identity(
     sides: npt.NDArray[np.int8] | None = None,
     ob: bpy.types.Object | None = None,
 ) -> Identity:
-    """Digests of an evaluated mesh under a matrix, without colours.
+    """Digest an evaluated mesh under a matrix, without its colours.
 
     Args:
         sides: (triangles,) from how many sides each blocks light; from both if None.
@@ -195,7 +195,7 @@ def mesh_identity(
 
 
 def surface_identity(vertices: Array, triangles: Array) -> Identity:
-    """Digests of world-space triangles that have no mesh."""
+    """Digest world-space triangles that have no mesh."""
     return Identity(digest(vertices.astype(np.float32), triangles), b"", b"", b"")
 
 
@@ -234,13 +234,13 @@ def check_version(ob: bpy.types.Object, mesh: bpy.types.Mesh) -> None:
 
 
 def read_record(mesh: bpy.types.Mesh) -> BakeRecord | None:
-    """The record of a mesh, if it has one; of another version than this one, what can be told."""
+    """Read the record of a mesh, if it has one; of another version's record, what this version understands."""
     stored = mesh.get(RECORD)
     if stored is None:
         return None
     try:
         return _record(stored)
-    except (KeyError, TypeError, ValueError, AttributeError):  # written by a person, or another program
+    except (KeyError, TypeError, ValueError, AttributeError):  # written by a user, or another program
         return BakeRecord(BakeSettings(), "SCENE")
 
 

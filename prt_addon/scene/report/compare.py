@@ -3,7 +3,7 @@
 
 Both engines render what was baked, in linear light, over nothing: all other objects hold out, so that they shade and
 hide but are not compared. Cycles renders as many diffuse bounces as were baked and no more, twice, so that its
-noise can be told from the error. Every setting that is changed is put back.
+noise can be separated from the error. Every setting that is changed is put back.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _EEVEE_SAMPLES = 16
 
 @dataclass(frozen=True)
 class Pictures:
-    """How to render.
+    """The settings of the pictures to compare.
 
     size: of the longer side, at most, in pixels.
     samples: of Cycles, per pixel, twice.
@@ -48,7 +48,7 @@ class Pictures:
 
 @dataclass(frozen=True)
 class Compared:
-    """The result: numbers, and FLIP where it could be measured."""
+    """The result of a comparison: numbers, and FLIP where it could be measured."""
 
     difference: PictureDifference
     flip: float | None
@@ -96,7 +96,7 @@ def compare_engines(
 
 @contextmanager
 def _alike(context: bpy.types.Context, objects: Sequence[bpy.types.Object], pictures: Pictures) -> Iterator[None]:
-    """Settings under which both engines answer one question; the person's own again afterwards."""
+    """Settings under which both engines answer one question; the user's own again afterwards."""
     scene = context.scene
     render, cycles, image = scene.render, scene.cycles, scene.render.image_settings
     longer = max(render.resolution_x, render.resolution_y)

@@ -34,7 +34,7 @@ LAST_REPORT = "prt_report"
 
 @dataclass(frozen=True)
 class Baked:
-    """One baked object: its full name, what is measured of it, and where its receivers show.
+    """One baked object: its full name, what a report measures of it, and where its receivers show.
 
     carried: whether that is on a carrier.
     """
@@ -46,7 +46,7 @@ class Baked:
 
 
 def baked_objects(context: bpy.types.Context) -> list[bpy.types.Object]:
-    """The baked ones of the selected meshes, or of all that render.
+    """The objects with a bake, among the selected meshes or all that render.
 
     Raises:
         MeshError: if none is baked.
@@ -58,7 +58,7 @@ def baked_objects(context: bpy.types.Context) -> list[bpy.types.Object]:
 
 
 def read_baked(context: bpy.types.Context, objects: Sequence[bpy.types.Object]) -> tuple[list[Baked], list[Notice]]:
-    """What the stored transport of objects has to answer for. To be called in Object Mode.
+    """Read baked objects and their stored transport, to be measured. To be called in Object Mode.
 
     Returns:
         Those that can be read, and a notice on each of the others.
@@ -101,7 +101,7 @@ def _sceneries(problem: BakeProblem, stored: dict[int, npt.NDArray[np.float32]])
 
 
 def read_lighting(scene: bpy.types.Scene) -> Lighting:
-    """The light that is on the scene's world, and the sky it stands for.
+    """Read the SH light that is on the scene's world, and the sky that it stands for.
 
     Raises:
         LightError: if the world carries no light, or one that is not its sky's.
@@ -129,7 +129,7 @@ def sky_as_projected(scene: bpy.types.Scene) -> tuple[npt.NDArray[np.float32], n
 
 
 def keep(scene: bpy.types.Scene, document: dict[str, Any]) -> None:
-    """Keep a report with the scene, for the panel and for scripts."""
+    """Store a report with the scene, for the panel and for scripts."""
     scene[LAST_REPORT] = json.dumps(document)
 
 

@@ -168,7 +168,7 @@ def _traced(graph: Graph) -> bpy.types.NodeSocket:
 def _matte(
     graph: Graph, group_input: bpy.types.Node, shown: bpy.types.NodeSocket, baked: bpy.types.NodeSocket
 ) -> bpy.types.NodeSocket:
-    """A surface that reflects the light alike in all directions; where there is no transport, the person's own."""
+    """A surface that reflects the light alike in all directions; where there is no transport, the user's own."""
     emission = graph.add("ShaderNodeEmission")
     graph.feed(emission.inputs["Color"], graph.vector("MULTIPLY", shown, group_input.outputs["Base Color"]))
     mix = graph.add("ShaderNodeMixShader")

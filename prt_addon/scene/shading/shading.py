@@ -208,7 +208,7 @@ def remove_from_material(material: bpy.types.Material) -> bool:
 
 
 def follow_surface(material: bpy.types.Material, anew: bool = False) -> None:
-    """Relight what the person's own surface now is, if that has changed.
+    """Relight what the user's own surface now is, if that has changed.
 
     Textures and nodes are linked and need no following; a plain number cannot be linked, and a driver from a material
     to itself would be a dependency cycle.
@@ -234,7 +234,7 @@ def follow_group(tree: bpy.types.NodeTree) -> None:
 
 
 def _relight(material: bpy.types.Material, group: bpy.types.Node, anew: bool = False) -> None:
-    """Have the group relight what the person's own surface now is."""
+    """Have the group relight what the user's own surface now is."""
     tree, reading = material.node_tree, read_material(material, "EEVEE")
     whole = reading.output is not None and not reading.why_not
     wanted = structure(reading.output) if whole else _MATTE
@@ -250,7 +250,7 @@ def _relight(material: bpy.types.Material, group: bpy.types.Node, anew: bool = F
 
 
 def _relit_where_baked(output: bpy.types.Node, group: bpy.types.Node) -> bpy.types.NodeSocket:
-    """The person's surface, relit where there is transport."""
+    """The user's surface, relit where there is transport."""
     tree = output.id_data
     mix = add_part(tree, "ShaderNodeMixShader")
     own, relit = feeding_socket(output.inputs["Surface"]), build_surface(output, sockets_of(group))

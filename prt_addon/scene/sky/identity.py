@@ -62,14 +62,14 @@ def _picture(image: bpy.types.Image) -> str:
 
     Not its date: the same file has another on another machine, where the light would be called stale.
     """
-    told = [image.name, image.source, image.filepath, image.colorspace_settings.name, image.alpha_mode]
+    known = [image.name, image.source, image.filepath, image.colorspace_settings.name, image.alpha_mode]
     if image.packed_file:
-        return repr([*told, image.packed_file.size])
+        return repr([*known, image.packed_file.size])
     if image.source != "FILE":
-        return repr(told)
+        return repr(known)
     path = Path(bpy.path.abspath(image.filepath, library=image.library))
     state = path.stat() if path.is_file() else None
-    return repr([*told, state and (state.st_size, _ends(path, state.st_size, state.st_mtime_ns))])
+    return repr([*known, state and (state.st_size, _ends(path, state.st_size, state.st_mtime_ns))])
 
 
 @lru_cache(maxsize=64)

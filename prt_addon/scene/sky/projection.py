@@ -47,7 +47,7 @@ class Projection:
     lamps: what is shown by lamps instead.
     factors: (3,), what the window left of each band.
     negative: share of the sphere, in [0, 1], on which a channel of the light is negative, before and after it.
-    way: a sentence for the person.
+    way: a sentence for the user.
     """
 
     light: Array
@@ -60,17 +60,17 @@ class Projection:
 
     @property
     def sentences(self) -> list[str]:
-        """For the person: which way was taken, what is followed, which lamps were found, and what the window did."""
-        told = [self.way]
+        """For the user: which way was taken, what is followed, which lamps were found, and what the window did."""
+        sentences = [self.way]
         if count := len(self.lamps.lamps):
-            told.append(
+            sentences.append(
                 f"{count} lamp{'s show' if count > 1 else ' shows'} {self.lamps.share:.0%} of the sky's light, with sharp shadows."
             )
         if self.settings.window != "NONE":
             kept = " and ".join(f"{factor:.0%}" for factor in self.factors[1:])
             before, after = (f"{share:.1%}" for share in self.negative)
-            told.append(f"The window keeps {kept} of bands 1 and 2: {before} of the sky was negative, {after} is.")
-        return told
+            sentences.append(f"The window keeps {kept} of bands 1 and 2: {before} of the sky was negative, {after} is.")
+        return sentences
 
 
 def project(sky: Sky, settings: LightSettings) -> Projection:

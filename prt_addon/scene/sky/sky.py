@@ -94,7 +94,7 @@ class Sky:
 
     @property
     def following(self) -> str:
-        """What is followed and what is not, for the person; part of a sentence."""
+        """What is followed and what is not, for the user; part of a sentence."""
         node = self.mapping or self.sun
         through = f"'{node.name}'" if node else "the Mapping node that was inserted"
         turns = [f"its rotation is followed through {through}"] if node or self.entry else []
@@ -103,12 +103,12 @@ class Sky:
     @property
     def not_followed(self) -> list[str]:
         """What cannot be followed and why, each a part of a sentence."""
-        told = [self.still] if self.still else []
+        reasons = [self.still] if self.still else []
         if not self.strength:
-            told.append(
+            reasons.append(
                 "its strength cannot be followed: that takes one Background node, with a number or a Value node"
             )
-        return told
+        return reasons
 
 
 def read_sky(scene: bpy.types.Scene) -> Sky:

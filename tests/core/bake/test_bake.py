@@ -98,7 +98,7 @@ def test_cancel_comes_out():
 @pytest.mark.parametrize("mode", ["UNSHADOWED", "SHADOWED"])
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
 def test_broken_coordinates_name_the_object(bad, mode):
-    """The person must learn which of a hundred objects to repair."""
+    """The user must learn which of a hundred objects to repair."""
     groups, occluders = scene()
     groups[1].points[7, 2] = bad
     with pytest.raises(MeshError, match="'Torus'"):

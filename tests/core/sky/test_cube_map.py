@@ -262,7 +262,7 @@ BROKEN = [
 @pytest.mark.parametrize(("change", "message"), BROKEN)
 @pytest.mark.parametrize("use", [cube_map.project_cubemap, cube_map.to_equirect])
 def test_broken_faces_are_refused(use, change, message):
-    """The person is told which face, and what is wrong with it."""
+    """The user is told which face, and what is wrong with it."""
     with pytest.raises(PictureError, match=message):
         use(broken(change))
 

@@ -11,7 +11,7 @@ from tests.operators.check.changes import GEOMETRY, MOVED, OTHERS, bend_normals,
 
 
 def test_modifiers_and_edit_mode(blender, three, bake, stale):
-    """What is evaluated counts; looking from Edit Mode leaves the person there and finds their edits."""
+    """What is evaluated counts; looking from Edit Mode leaves the user there and finds their edits."""
     floor, ball, _ = three
     bake("SHADOWED")
     modifier = ball.modifiers.new("Cast", "CAST")

@@ -45,7 +45,7 @@ def test_metaballs_of_a_family_and_hair(blender, part, ground, stage):
 
 @pytest.mark.parametrize("build", [filled_curve, text, metaball])
 def test_what_casts_no_shadow_casts_none(blender, part, ground, stage, build):
-    """Ray Visibility > Shadow is the person's word on it."""
+    """Ray Visibility > Shadow is the user's word on it."""
     ob, _ = build(blender, stage)
     ob.visible_shadow = False
     assert extra_area(part, blender, ground) == pytest.approx(0.0, abs=1e-6)

@@ -32,7 +32,7 @@ def test_it_is_the_state_of_renders(blender, scene, cube, look):
 
 
 def test_nothing_stays_behind(blender, scene, cube, look):
-    """Settings, camera, handlers, images and data-blocks; with handlers of the person's that would notice."""
+    """Settings, camera, handlers, images and data-blocks; with handlers of the user's that would notice."""
     heard = []
     scene.render.use_border, scene.render.resolution_x, scene.view_layers[0].use = True, 321, False
     handlers = [blender.app.handlers.render_pre, blender.app.handlers.frame_change_post]
@@ -64,7 +64,7 @@ def test_nothing_stays_behind(blender, scene, cube, look):
 
 
 def test_the_last_picture_stays(blender, scene, cube, look, stage, tmp_path):
-    """A render that the person has made is still there to be saved."""
+    """A render that the user has made is still there to be saved."""
     stage.top_camera(resolution=16)
     before = stage.render(tmp_path / "before.exr")
     result = blender.data.images["Render Result"]

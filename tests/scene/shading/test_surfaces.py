@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Relit surfaces are the person's own, whole: gloss, alpha, glow and lamps, each against Cycles, which shares no shader with us.
+"""Relit surfaces are the user's own, whole: gloss, alpha, glow and lamps, each against Cycles, which shares no shader with us.
 
 The sky holds nothing beyond order 2, so that nine coefficients lose none of it. A ball hovers over a floor: it is lit by the
 sky, shadows the floor, and mirrors both.
