@@ -23,7 +23,7 @@ NO_WORLD = "import bpy; bpy.context.scene.world = None; bpy.ops.prt.project_ligh
 
 
 def main() -> None:
-    """All of it, in the order of a person's first day."""
+    """All of it, in the order of a user's first day."""
     with Display(1280, 1400) as display:
         install(WITH, next(HERE.glob("*linux_x64.zip")))
         blender(WITH, "-b", "--python", HERE / "scene.py", "--", SCENE)

@@ -99,7 +99,7 @@ class Window:
         self._blender.wait()
 
     def close(self) -> None:
-        """Quit as a person does, and wait for the end."""
+        """Quit as a user does, and wait for the end."""
         self.press_at_rest("ctrl+q")
         self._blender.wait(DEADLINE)
 

@@ -3,7 +3,7 @@
 
     blender -b --python scene.py -- FILE.blend
 
-Built by hand from Blender's own start-up file, as a person would, so that its window is the one people know.
+Built by hand from Blender's own start-up file, as a user would, so that its window is the one people know.
 """
 
 import sys

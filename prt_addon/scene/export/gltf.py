@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What Blender's own glTF exporter writes of a bake: transport as float attributes, the light beside it, and the person's own
+"""What Blender's own glTF exporter writes of a bake: transport as float attributes, the light beside it, and the user's own
 materials.
 
 Left to itself the exporter writes the nine layers as vertex colours, clamped and in 16 bits, and loses the base colour and
@@ -51,7 +51,7 @@ class glTF2ExportUserExtension:
         self._writer = Writer(transport=True, rounds=False)
 
     def pre_export_hook(self, settings: dict[str, Any]) -> None:
-        """Have attributes written, and materials found behind the person's own outputs."""
+        """Have attributes written, and materials found behind the user's own outputs."""
         baked = [ob for ob in bpy.data.objects if ob.type == "MESH" and is_baked(transport_mesh(ob))]
         self._concerns_us = bool(baked)
         if not baked:
@@ -128,7 +128,7 @@ class glTF2ExportUserExtension:
 
 @contextmanager
 def with_transport(scene: bpy.types.Scene) -> Iterator[None]:
-    """Inside, exports hold transport as floats and no light as vertex colours, whatever the person has chosen for exports as glTF."""
+    """Inside, exports hold transport as floats and no light as vertex colours, whatever the user has chosen for exports as glTF."""
     chosen = scene.prt.gltf
     before = [getattr(chosen, name) for name in _CHOICES]
     chosen.transport, chosen.precision, chosen.light = True, "FLOAT", False

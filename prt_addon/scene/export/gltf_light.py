@@ -13,7 +13,7 @@ from ...core.sky.from_light import sky_of
 from ...core.sphere import sh
 from ..light.light import has_light, write_light
 from ..sky.cube_maps import set_up_world
-from ..sky.identity import identity
+from ..sky.identity import sky_identity
 from ..sky.projection import LightSettings, Projection
 from ..sky.sky import read_sky
 
@@ -29,7 +29,7 @@ def light_with(scene: bpy.types.Scene, found: SceneLight, name: str) -> str:
         name: of the world that is made.
 
     Returns:
-        A sentence for the person.
+        A sentence for the user.
     """
     if has_light(scene.world):
         return f"world '{scene.world.name}' has a light of its own, which lights what was imported."
@@ -44,7 +44,7 @@ def light_with(scene: bpy.types.Scene, found: SceneLight, name: str) -> str:
     way = f"The light of the file, as nine coefficients keep it, is the sky of world '{world.name}'"
     count = len(found.suns.lamps)
     settings = LightSettings(lamps="NONE" if not count else "FOUR" if count <= 4 else "EIGHT")
-    write_light(sky, Projection(found.light, found.suns, settings, factors, (0.0, 0.0), identity(sky), way))
+    write_light(sky, Projection(found.light, found.suns, settings, factors, (0.0, 0.0), sky_identity(sky), way))
     bpy.context.view_layer.update()  # drivers: turn and strength
     return f"{way}{f'; world {before.name!r} is kept in the file' if before else ''}."
 

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The person's own surface, relit: beside its shaders stand copies in which the baked light takes the place of EEVEE's.
+"""The user's own surface, relit: beside its shaders stand copies in which the baked light takes the place of EEVEE's.
 
 What reflects diffusely shows the baked light and that of lamps. Gloss stays EEVEE's own, dimmed where the scene hides the
 sky. Emission, transparency and glass are linked as they are. Mixes and groups of shaders are rebuilt around them; textures
-and all other nodes are shared with the person's surface, and plain numbers are taken over from it (`follow_numbers`).
+and all other nodes are shared with the user's surface, and plain numbers are taken over from it (`follow_numbers`).
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from ..material.reading import PART
 from .helper_groups import diffuse_group, glossy_group, lamps_group, principled_group
 
 _COPY_OF = "prt_copy_of"
-"""Custom property of a part: the name of the person's node whose numbers it has."""
+"""Custom property of a part: the name of the user's node whose numbers it has."""
 
 
 @dataclass(frozen=True)

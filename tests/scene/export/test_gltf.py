@@ -181,7 +181,7 @@ def test_the_persons_own_paint_stays(ball, exported, tmp_path):
 @pytest.mark.parametrize("transport", [True, False])
 @pytest.mark.parametrize("space", ["SCENE", "OBJECT"])
 def test_the_light_of_now_as_vertex_colours(blender, scene, part, ball, exported, example, tmp_path, space, transport):
-    """As the example shades a file with transport, before the person's paint; with transport or without."""
+    """As the example shades a file with transport, before the user's paint; with transport or without."""
     ball.prt.space, ball.rotation_euler = space, (0.5, 0.2, -1.0)
     scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0.1
     blender.ops.prt.bake(mode="SHADOWED", samples=32)
@@ -347,7 +347,7 @@ def test_files_without_bakes_are_exported_as_ever(blender, scene, stage, exporte
 
 
 def test_what_lamps_of_the_sky_show_is_told_apart(blender, part, scene, stage, exported, tmp_path):
-    """The light is whole, and says what they show; so they are not exported as lights, as the person's own lamp is."""
+    """The light is whole, and says what they show; so they are not exported as lights, as the user's own lamp is."""
     stage.environment(stage.picture("Sunny", stage.sunny_sky()), 0.5)
     stage.object_of("Ball", stage.icosphere(2, 0.6), None, (0.0, 0.0, 1.2))
     blender.ops.prt.bake(mode="UNSHADOWED", lamps="ONE")

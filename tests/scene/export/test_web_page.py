@@ -176,7 +176,7 @@ def looked_up(table, colours):
 
 
 def test_the_scene_is_as_it_was(blender, scene, ball, tmp_path):
-    """Afterwards, with a still in the page; and the person's own choices for glTF do not matter."""
+    """Afterwards, with a still in the page; and the user's own choices for glTF do not matter."""
     scene.prt.gltf.transport, scene.prt.gltf.precision, scene.prt.gltf.light = False, "SHORT", True
     before = settings_of(blender, scene)
     path = tmp_path / "page"
