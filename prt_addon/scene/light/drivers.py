@@ -14,6 +14,7 @@ the sky have: what shaders read of a light without lamps is 1."""
 STRENGTH = "prt_strength"
 """Three times what scales the light; then 0 where no lamps light relit surfaces, else by what band 1 of the light is to be multiplied to
 be that of EEVEE's own, which knows no window; negative where EEVEE's own light of the sky lacks what lamps of the sky show."""
+_ID_TYPES = {bpy.types.World: "WORLD", bpy.types.Light: "LIGHT", bpy.types.Scene: "SCENE"}
 DRIVEN = (*TURN, STRENGTH)
 """Custom properties of the world that carries the light."""
 
@@ -98,8 +99,25 @@ def drive_energy(lamp: bpy.types.Light, path: str, world: bpy.types.World) -> No
     driver.expression = "e*s"
 
 
+def drive_gloss(lamp: bpy.types.Light, path: str, world: bpy.types.World, scene: bpy.types.Scene) -> None:
+    """Make a lamp's share in gloss follow what a scene's clamp takes of it in the sky that EEVEE's gloss mirrors.
+
+    Of a radiance L the clamp c leaves c: the lamp adds the rest. Where the clamp is off, the mirrored sky is whole.
+
+    Args:
+        path: of the lamp's property that holds L at strength 1.
+        world: that carries the light.
+    """
+    driver = _scripted(lamp, "specular_factor")
+    _read(driver, "l", lamp, path)
+    _read(driver, "s", world, f'["{STRENGTH}"][0]')
+    _read(driver, "c", scene, "eevee.clamp_surface_indirect")
+    driver.expression = "max(0,1-c/max(l*s,1e-9)) if c>0 else 0"
+
+
 def _scripted(block: bpy.types.ID, path: str, index: int = -1) -> bpy.types.Driver:
-    """A new driver of a property, or of one of its numbers."""
+    """A new driver of a property, or of one of its numbers, in place of the one that was there."""
+    block.driver_remove(path, index)
     driver: bpy.types.Driver = block.driver_add(path, index).driver
     driver.type = "SCRIPTED"
     return driver
@@ -110,7 +128,7 @@ def _read(driver: bpy.types.Driver, name: str, block: bpy.types.ID, path: str) -
     variable = driver.variables.new()
     variable.name = name
     target = variable.targets[0]
-    target.id_type = "WORLD" if isinstance(block, bpy.types.World) else "LIGHT"
+    target.id_type = next(name for kind, name in _ID_TYPES.items() if isinstance(block, kind))
     target.id, target.data_path = block, path
 
 

@@ -3,12 +3,13 @@
 
 They hang on an Empty which the sky's nodes turn by drivers, and follow the strength of the light, without Python. Cycles sees the
 sky itself, so that their nodes emit nothing there. Unbaked surfaces get all of EEVEE's own light of the sky, so that the lamps
-are linked to baked ones. EEVEE's gloss mirrors the sky with all its spots, so that the lamps make none.
+are linked to baked ones. EEVEE's gloss mirrors the sky with all its spots, but clamps them: the lamps add what the clamp takes.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import pi, sin
 
 import bpy
 import numpy as np
@@ -21,16 +22,19 @@ from ..material.reading import OURS
 from ..mesh.carrier import is_carrier, transport_mesh
 from ..mesh.layers import is_baked
 from ..sky.sky import Sky
-from .drivers import drive_energy, drive_rotation
+from .drivers import drive_energy, drive_gloss, drive_rotation
 
 NAME = "PRT Lamps"
 _OF = "prt_lamps_of"
 """Custom property of a collection of lamps: the world whose they are."""
 _RECEIVERS = "PRT Lamp Receivers"
 _IRRADIANCE = "prt_irradiance"
-"""Custom property of a lamp: of the sun's at strength 1."""
-_NEITHER = ("specular_factor", "volume_factor", "transmission_factor")
-"""What a lamp lights besides diffuse surfaces: that is lit by the sky."""
+_RADIANCE = "prt_radiance"
+"""Custom properties of a lamp: the sun's at strength 1, of its colour's brightest channel."""
+_SMALLEST = 1e-9
+"""Of the squared sine of a lamp's radius: a single texel has none."""
+_NEITHER = ("volume_factor", "transmission_factor")
+"""What a lamp does not light: that is lit by the sky."""
 
 
 def place_lamps(sky: Sky, lamps: Lamps, mapping: bpy.types.Node | None) -> None:
@@ -51,7 +55,9 @@ def place_lamps(sky: Sky, lamps: Lamps, mapping: bpy.types.Node | None) -> None:
     suns = suns_of(world)
     _remove(suns[len(lamps.lamps) :])
     for number, lamp in enumerate(lamps.lamps):
-        _set(suns[number] if number < len(suns) else _new_sun(collection, empty, world), lamp, lamps.colour)
+        sun = suns[number] if number < len(suns) else _new_sun(collection, empty, world)
+        _set(sun, lamp, lamps.colour)
+        _light_gloss(sun.data, sky, scenes)
     for scene in scenes:
         if collection.name not in scene.collection.children:
             scene.collection.children.link(collection)
@@ -124,7 +130,7 @@ def keyframe_lamps(sky: Sky, frames: Sequence[int], found: Sequence[Lamps]) -> N
             _set(sun, lamp, lamps.colour)
             sun.rotation_quaternion.make_compatible(before)
             sun.keyframe_insert("rotation_quaternion", frame=frame)
-            for path in ("angle", "color", f'["{_IRRADIANCE}"]'):
+            for path in ("angle", "color", f'["{_IRRADIANCE}"]', f'["{_RADIANCE}"]'):
                 sun.data.keyframe_insert(path, frame=frame)
     for block in [*suns, *(sun.data for sun in suns)]:
         interpolate_linearly(block)
@@ -198,12 +204,21 @@ def _new_sun(collection: bpy.types.Collection, empty: bpy.types.Object, world: b
     return sun
 
 
+def _light_gloss(lamp: bpy.types.Light, sky: Sky, scenes: Sequence[bpy.types.Scene]) -> None:
+    """Have a lamp add to gloss what EEVEE's mirror image of the sky lacks of it: all of the disc of a Sky Texture."""
+    lamp.driver_remove("specular_factor")
+    lamp.specular_factor = 1.0
+    if scenes and not sky.sun:
+        drive_gloss(lamp, f'["{_RADIANCE}"]', sky.holder, scenes[0])
+
+
 def _set(sun: bpy.types.Object, lamp: Lamp, colour: tuple[float, float, float]) -> None:
     most = max(colour)
     sun.rotation_quaternion = Vector(lamp.direction).to_track_quat("Z", "Y")
     sun.data.angle = 2.0 * lamp.radius
     sun.data.color = [channel / most for channel in colour]
     sun.data[_IRRADIANCE] = lamp.irradiance * most
+    sun.data[_RADIANCE] = lamp.irradiance * most / (pi * max(sin(lamp.radius) ** 2, _SMALLEST))
 
 
 def _remove(objects: list[bpy.types.Object]) -> None:

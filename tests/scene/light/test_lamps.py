@@ -86,6 +86,39 @@ def test_unbaked_surfaces_get_no_sun_twice(blender, stage, sunny, tmp_path):
     assert other.name not in suns(blender)[0].light_linking.receiver_collection.objects
 
 
+@pytest.fixture
+def shiny(blender, stage):
+    """Balls of smooth and rough metal and of plastic in the sun, from aslant."""
+    stage.environment(stage.picture("Sunny", stage.sunny_sky()), 0.5)
+    for x, (metallic, roughness) in enumerate(((1.0, 0.4), (1.0, 0.6), (0.0, 0.4))):
+        material = stage.diffuse(f"Ball {x}")
+        tree = material.node_tree
+        shader = tree.nodes.new("ShaderNodeBsdfPrincipled")
+        shader.inputs["Metallic"].default_value, shader.inputs["Roughness"].default_value = metallic, roughness
+        tree.links.new(shader.outputs[0], tree.nodes["Material Output"].inputs["Surface"])
+        stage.object_of(f"Ball {x}", stage.icosphere(4, 0.5), material, (1.4 * x - 1.4, 0.0, 0.0))
+    stage.top_camera(4.0, RESOLUTION)
+
+
+def test_the_sun_shines_in_gloss(blender, shiny, error):
+    """As in Cycles, although EEVEE clamps it in the sky that gloss mirrors: the less is left there, the more lamps add."""
+    bake(blender)
+    (sun,) = suns(blender)
+    assert 0.9 < sun.data.specular_factor < 1.0
+    shown = [error()]
+    sun.data.driver_remove("specular_factor")
+    sun.data.specular_factor = 0.0
+    lost = error()
+    blender.ops.prt.project_light()
+    eevee = blender.context.scene.eevee
+    for clamp, share in ((100.0, pytest.approx(1.0 - 100.0 / 150.0, abs=0.04)), (0.0, 0.0)):
+        eevee.clamp_surface_indirect = clamp
+        blender.context.view_layer.update()
+        assert sun.data.specular_factor == share
+        shown.append(error())
+    assert shown[0] < 0.15 and max(shown) < 0.6 * lost
+
+
 def test_cycles_does_not_see_the_lamps(blender, stage, sunny, tmp_path):
     before = stage.render(tmp_path / "before.exr", "CYCLES", 16)
     bake(blender, lamps="AUTO")
