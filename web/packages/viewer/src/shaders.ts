@@ -2,7 +2,7 @@
 // What runs on the graphics card: meshes under their light, the sky behind them, and the view transform of both.
 
 import { GLSL_VIEW, GLSL_WITHOUT_NEGATIVES, K_0, K_1, K_XX, K_XY, K_ZZ } from "@prt-relight/core";
-import { GLSL_EQUIRECT, GLSL_GLOSS } from "./gloss_shaders.js";
+import { GLSL_EQUIRECT, GLSL_GLOSS, GLSL_MIRRORS } from "./gloss_shaders.js";
 
 export const HEAD = `#version 300 es
 precision highp float;
@@ -13,7 +13,7 @@ precision highp sampler2D;
 /** What the program of a surface can do beside being lit. */
 export type Feature =
   | "TEXTURED" | "GLOWING" | "GLOWING_PICTURE" | "CUT" | "CLEAR" | "WHITE"
-  | "GLOSSY" | "GLOSS_PICTURE" | "NORMAL_PICTURE" | "SKY_SEEN";
+  | "GLOSSY" | "GLOSSY_AT_VERTICES" | "GLOSS_PICTURE" | "NORMAL_PICTURE" | "SKY_SEEN";
 
 /** The programs of a surface: vertex and fragment. */
 export function surfaceShaders(features: readonly Feature[]): [string, string] {
@@ -36,6 +36,12 @@ out vec2 place0, place1;
 centroid out vec3 facing;
 out vec3 spot;
 centroid out float skySeen;
+centroid out vec3 factor, summand; // of the base colour, and to it
+
+#ifdef GLOSSY_AT_VERTICES
+${GLSL_WITHOUT_NEGATIVES}
+${GLSL_MIRRORS}
+#endif
 
 #ifdef SKY_SEEN
 // How much sky there is where a mirror looks: the direct transport along the mirrored view, by what it is in the open, as
@@ -56,13 +62,17 @@ void main() {
   place0 = coordinates0;
   place1 = coordinates1;
   gl_Position = place * vec4(position, 1.0);
-#ifdef GLOSSY
+#if defined(GLOSSY) || defined(GLOSSY_AT_VERTICES)
   spot = (world * vec4(position, 1.0)).xyz;
   facing = normalize(normals * normal);
   skySeen = 1.0;
 #ifdef SKY_SEEN
   skySeen = share(facing, normalize(eye.xyz - eye.w * spot));
 #endif
+#endif
+#ifdef GLOSSY_AT_VERTICES
+  vec3 view = normalize(eye.xyz - eye.w * spot), n = dot(facing, view) < 0.0 ? -facing : facing;
+  mirrors(n, view, gloss.x, gloss.y, withoutNegatives(light), skySeen, factor, summand);
 #endif
 }`;
 
@@ -80,8 +90,11 @@ vec2 placed(vec4 placing, int index) {
   return (index == 1 ? place1 : place0) * placing.zw + placing.xy;
 }
 #ifdef GLOSSY
-${GLSL_EQUIRECT}
+${GLSL_MIRRORS}
 ${GLSL_GLOSS}
+#endif
+#ifdef GLOSSY_AT_VERTICES
+centroid in vec3 factor, summand;
 #endif
 
 void main() {
@@ -92,11 +105,13 @@ void main() {
 #ifdef CUT
   if (surface.a < cutoff) discard;
 #endif
+#ifdef GLOSSY_AT_VERTICES
+  vec3 light = surface.rgb * factor + summand;
+#else
   vec3 light = withoutNegatives(radiance);
-#ifndef WHITE
 #ifdef GLOSSY
   light = glossy(surface.rgb, light);
-#else
+#elif !defined(WHITE)
   light *= surface.rgb;
 #endif
 #endif

@@ -13,6 +13,8 @@ export type Shading = "baked" | "unshadowed" | "light";
 /** What surfaces are seen in. */
 export interface Surroundings {
   readonly shading: Shading;
+  /** Whether gloss is reckoned at vertices, as far as no pictures are in it. */
+  readonly coarse: boolean;
   /** Where the camera is, and 1; or, if it looks everywhere the same way, the way to it, and 0. */
   readonly eye: readonly [number, number, number, number];
   readonly sky: Sky;
@@ -30,8 +32,8 @@ export class Surfaces {
 
   /** Makes ready to draw the triangles of an instance, by the matrix that takes them to what WebGL clips. */
   begin(instance: Instance, place: Matrix4, surroundings: Surroundings): void {
-    const { gl } = this, { material } = instance.mesh, { shading } = surroundings, white = shading === "light";
-    const program = this.programFor(featuresOf(instance.mesh, shading)), { uniforms } = program;
+    const { gl } = this, { material } = instance.mesh, { shading, coarse } = surroundings, white = shading === "light";
+    const program = this.programFor(featuresOf(instance.mesh, shading, coarse)), { uniforms } = program;
     gl.useProgram(program.program);
     gl.uniformMatrix4fv(uniforms["place"]!, false, Float32Array.from(place));
     gl.uniform4fv(uniforms["colour"]!, material.colour as number[]);
@@ -96,14 +98,14 @@ export class Surfaces {
 }
 
 /** What a mesh needs of a program; white surfaces keep their holes. */
-function featuresOf({ material, transport }: Mesh, shading: Shading): Feature[] {
+function featuresOf({ material, transport }: Mesh, shading: Shading, coarse: boolean): Feature[] {
   const { texture: colour, emission, emissionTexture, alpha, gloss } = material, features: Feature[] = [], white = shading === "light";
   if (colour && !(white && alpha === "OPAQUE")) features.push("TEXTURED");
   if (alpha !== "OPAQUE") features.push(alpha === "MASK" ? "CUT" : "CLEAR");
   if (white) return [...features, "WHITE"];
   if (Math.max(...emission) > 0) features.push(emissionTexture ? "GLOWING_PICTURE" : "GLOWING");
   if (!gloss) return features;
-  features.push("GLOSSY");
+  features.push(coarse && !gloss.texture && !gloss.normalTexture ? "GLOSSY_AT_VERTICES" : "GLOSSY");
   if (gloss.texture) features.push("GLOSS_PICTURE");
   if (gloss.normalTexture) features.push("NORMAL_PICTURE");
   if (transport?.direct && shading === "baked") features.push("SKY_SEEN");
