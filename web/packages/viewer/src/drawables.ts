@@ -21,10 +21,10 @@ export class Drawables {
     }
   }
 
-  /** Sums the light of all vertices, unless it is as before. */
-  relight(light: Light, baked: boolean): void {
+  /** Sums the light of all vertices, unless it is as before; that which is baked without the direct light of lamps. */
+  relight(light: Light, lamps: Light | null, baked: boolean): void {
     if (this.lit && this.lit.baked === baked && this.lit.light.every((value, k) => value === light[k])) return;
-    for (const instance of this.instances.values()) instance.relight(light, baked);
+    for (const instance of this.instances.values()) instance.relight(light, lamps, baked);
     this.lit = { light, baked };
   }
 

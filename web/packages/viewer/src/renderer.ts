@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Draws a model under a light, before its sky. Made anew when the browser loses its graphics.
 
-import { type Matrix3, scaled, turned } from "@prt-relight/core";
+import { type Light, type Matrix3, scaled, turned } from "@prt-relight/core";
 import { Backdrop } from "./backdrop.js";
 import { coarsened } from "./coarse.js";
 import { Display } from "./display.js";
@@ -12,6 +12,7 @@ import { MirroredSky } from "./mirrored_sky.js";
 import type { Instance, Model } from "./model.js";
 import type { Orbit } from "./orbit.js";
 import type { Quality } from "./pace.js";
+import { Shadows } from "./shadows.js";
 import type { Sky } from "./sky.js";
 import { type Shading, Surfaces, type Surroundings } from "./surfaces.js";
 import { Target } from "./target.js";
@@ -31,6 +32,7 @@ export class Renderer {
   private readonly surfaces: Surfaces;
   private readonly backdrop: Backdrop;
   private readonly mirrored: MirroredSky;
+  private readonly shadows: Shadows;
   private readonly display: Display;
   private readonly solid: readonly Instance[];
   private readonly clear: readonly Instance[];
@@ -49,6 +51,7 @@ export class Renderer {
     this.surfaces = new Surfaces(gl);
     this.backdrop = new Backdrop(gl);
     this.mirrored = new MirroredSky(gl, this.backdrop);
+    this.shadows = new Shadows(gl, model);
     this.display = new Display(gl);
     this.solid = instances.filter(({ mesh }) => mesh.material.alpha !== "BLEND");
     this.clear = instances.filter(({ mesh }) => mesh.material.alpha === "BLEND");
@@ -82,8 +85,9 @@ export class Renderer {
   private drawInto(target: Target, frame: Frame, orbit: Orbit, covered: number, coarse: boolean, sky: Quality | null): void {
     const { gl } = this, aspect = target.width / target.height, clip = orbit.clip(aspect, covered), eye = orbit.position;
     const distance = ({ centre }: Instance) => Math.hypot(...centre.map((value, k) => value - eye[k]!));
-    const surroundings = { ...frame, coarse, eye: orbit.eye, mirrored: this.mirroredSky(frame) };
-    const drawables = this.lit(coarse, frame);
+    const drawables = this.lit(coarse, frame), baked = frame.shading !== "unshadowed";
+    const suns = baked ? this.shadows.of(frame.sky, frame.turn, drawables, coarse) : null;
+    const surroundings = { ...frame, coarse, suns, eye: orbit.eye, mirrored: this.mirroredSky(frame) };
     const draw = (instance: Instance) => this.drawInstance(drawables, instance, product(clip, instance.world), surroundings);
     target.begin();
     gl.enable(gl.DEPTH_TEST);
@@ -111,7 +115,8 @@ export class Renderer {
   /** What is drawn, under the light of a frame. Coarse meshes are made when they are first drawn. */
   private lit(coarse: boolean, { sky, turn, shading }: Frame): Drawables {
     const drawables = coarse ? (this.coarse ??= new Drawables(this.gl, this.model, coarsened(this.model))) : this.fine;
-    drawables.relight(scaled(turned(sky.light, turn), sky.strength), shading !== "unshadowed");
+    const seen = (light: Light) => scaled(turned(light, turn), sky.strength);
+    drawables.relight(seen(sky.light), sky.suns.length ? seen(sky.lamps) : null, shading !== "unshadowed");
     return drawables;
   }
 }
