@@ -67,7 +67,7 @@ def written(layout: int, axes: Array, light: SceneLight | None) -> dict[str, Any
     if light:
         found["light"] = light.light.tolist()
         found["lamps"] = light.lamps.tolist()
-        found["suns"] = [_sun(lamp, light.suns.colour) for lamp in light.suns.lamps]
+        found["suns"] = suns_written(light.suns)
         found["turn"] = light.turn.T.tolist()  # its columns
         found["strength"] = light.strength
     return found
@@ -96,6 +96,11 @@ def read(extras: Any, layout: int) -> SceneLight | None:
     if np.abs(_numbers(extras, "axes", (3, 3)) - Y_UP).max() > _NEARLY:
         raise PRTError("its axes are not those of glTF: export it with +Y Up")
     return _light(extras) if "light" in extras else None
+
+
+def suns_written(lamps: Lamps) -> list[dict[str, Any]]:
+    """Lamps as plain data."""
+    return [_sun(lamp, lamps.colour) for lamp in lamps.lamps]
 
 
 def _light(extras: dict[str, Any]) -> SceneLight:

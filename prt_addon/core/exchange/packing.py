@@ -15,15 +15,22 @@ STEPS = 511
 """The largest whole number: nine bits and a sign. Of what a surface shows that leaves an error of about a thousandth."""
 
 DIRECT_STEPS = 31
-"""The same for the direct part, which only dims what gloss shows of the sky."""
+"""The same for the direct part, where it only dims what gloss shows of the sky."""
+
+SUN_STEPS = 127
+"""The same where suns of the sky are shown in place of it: as much as a byte holds."""
 
 EXTRAS = "prt_relight"
 """Key in the extras of a primitive: `view`, where its packed transport lies; `scales`, by which numbers are multiplied, one
-per layer; `space`, whose axes they are in; and, of what is glossy, `direct` and `directScale`, the same of the direct part."""
+per layer; `space`, whose axes they are in; and, of what is glossy or lit by suns, `direct` and `directScale`, the same of the direct part."""
 
 
-def pack_transport(glb: Glb) -> int:
+def pack_transport(glb: Glb, suns: bool) -> int:
     """Replace the layers of all meshes of a file by packed ones.
+
+    Args:
+        glb: the file.
+        suns: whether suns of the sky are shown in place of their part of the direct transport.
 
     Returns:
         How many vertices have transport.
@@ -32,11 +39,11 @@ def pack_transport(glb: Glb) -> int:
     for mesh in glb.document.get("meshes", ()):
         for primitive in mesh["primitives"]:
             if LAYERS[0] in primitive["attributes"]:
-                vertices += _pack(glb, primitive)
+                vertices += _pack(glb, primitive, suns)
     return vertices
 
 
-def _pack(glb: Glb, primitive: dict[str, Any]) -> int:
+def _pack(glb: Glb, primitive: dict[str, Any], suns: bool) -> int:
     layers = np.stack([glb.values(primitive["attributes"].pop(name)) for name in LAYERS], axis=1)
     numbers, scales = rounded(layers[..., :3].astype(np.float64))
     own = bool(layers[0, 0, 3] < OWN_AXES_BELOW)
@@ -46,10 +53,10 @@ def _pack(glb: Glb, primitive: dict[str, Any]) -> int:
         "space": "OBJECT" if own else "SCENE",
     }
     materials = glb.document.get("materials", ())
-    if "material" in primitive and is_glossy(materials[primitive["material"]]):
+    if suns or ("material" in primitive and is_glossy(materials[primitive["material"]])):
         direct = layers[..., 3].astype(np.float64)
         direct[:, 0] += 2.0 if own else 1.0  # its marks
-        step = max(float(np.abs(direct).max()), 1e-9) / DIRECT_STEPS
+        step = max(float(np.abs(direct).max(initial=0.0)), 1e-9) / (SUN_STEPS if suns else DIRECT_STEPS)
         extras["direct"], extras["directScale"] = glb.add_view(packed_direct(np.rint(direct / step))), step
     return len(layers)
 
@@ -86,7 +93,7 @@ def packed(numbers: npt.NDArray[np.int32]) -> bytes:
 
 
 def packed_direct(numbers: npt.NDArray[np.float64]) -> bytes:
-    """Whole numbers (N, 9) up to `DIRECT_STEPS`, a byte each: coefficient by coefficient, as what each vertex differs by from the
+    """Whole numbers (N, 9) up to `SUN_STEPS`, a byte each: coefficient by coefficient, as what each vertex differs by from the
     one before, modulo 256."""
     steps = np.diff(numbers.astype(np.int16), axis=0, prepend=np.int16(0)).T
     return (steps & 255).astype(np.uint8).tobytes()

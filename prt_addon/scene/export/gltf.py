@@ -145,11 +145,13 @@ def extras(scene: bpy.types.Scene, axes: npt.NDArray[np.float64]) -> dict[str, A
     Args:
         axes: (3, 3) rows, Blender's axes in those of the file.
     """
-    world = scene.world
-    if not has_light(world):
-        return gltf_extras.written(FORMAT_VERSION, axes, None)
-    light = SceneLight(read_light(world), read_lamps(world), read_lamps_of(world), read_turn(world), strength_of(world))
+    light = light_of(scene.world) if has_light(scene.world) else None
     return gltf_extras.written(FORMAT_VERSION, axes, light)
+
+
+def light_of(world: bpy.types.World) -> SceneLight:
+    """All that a world which carries a light says of it."""
+    return SceneLight(read_light(world), read_lamps(world), read_lamps_of(world), read_turn(world), strength_of(world))
 
 
 def _light_of_now(scene: bpy.types.Scene, settings: dict[str, Any]) -> npt.NDArray[np.float64] | None:

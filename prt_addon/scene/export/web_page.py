@@ -17,6 +17,7 @@ from mathutils import Vector
 
 from ...core.errors import LightError, MeshError, PRTError
 from ...core.exchange.glb import Glb
+from ...core.exchange.gltf_extras import SceneLight, suns_written
 from ...core.exchange.packing import pack_transport
 from ...core.exchange.radiance import radiance_file, resized
 from ...core.exchange.web_page import assembled
@@ -24,14 +25,14 @@ from ...core.files import written
 from ...core.notices import Kind, Notice
 from ...core.sky.projection import project_equirect
 from ..blender.images import linear_pixels
-from ..light.light import has_light, read_light, read_turn, strength_of
+from ..light.light import has_light
 from ..material.reading import Constant, read_material
 from ..mesh.carrier import transport_mesh
 from ..mesh.layers import is_baked
-from ..sky.projection import sky_picture
+from ..sky.projection import lamps_in, sky_picture
 from ..sky.sky import read_sky
 from ..sky.studio import studio_skies
-from .gltf import with_transport
+from .gltf import light_of, with_transport
 from .still import still_picture
 from .view_tables import view_table
 
@@ -103,9 +104,11 @@ def export_page(context: bpy.types.Context, path: Path, settings: PageSettings) 
         raise LightError("The scene's world carries no SH light: press Project World (prt.project_light).")
     model = Glb(_gltf(scene))
     notices = _mend_colours(model)
-    vertices = pack_transport(model)
-    files = {"prt-model": model.written()}
-    skies = [_own_sky(scene, settings.sky_height, files), *(_studio_sky(name, files) for name in settings.skies)]
+    files: dict[str, bytes] = {}
+    studio = (_studio_sky(name, scene.prt.lamps, files) for name in settings.skies)
+    skies = [_own_sky(scene, settings.sky_height, files), *studio]
+    vertices = pack_transport(model, suns=any(sky["suns"] for sky in skies))
+    files["prt-model"] = model.written()
     views, view = _views(scene, files)
     description = {
         "title": settings.title or Path(bpy.data.filepath).stem or scene.name,
@@ -151,30 +154,34 @@ def _own_sky(scene: bpy.types.Scene, height: int, files: dict[str, bytes]) -> di
     sky, world = read_sky(scene), scene.world
     image = sky.texture.image if sky.texture else None
     name = Path(image.name).stem.replace("_", " ").title() if image else world.name
-    return _sky(name, read_light(world), read_turn(world), strength_of(world), resized(sky_picture(sky), height), files)
+    return _sky(name, light_of(world), resized(sky_picture(sky), height), files)
 
 
-def _studio_sky(name: str, files: dict[str, bytes]) -> dict[str, Any]:
+def _studio_sky(name: str, wanted: str, files: dict[str, bytes]) -> dict[str, Any]:
+    """A sky that Blender ships, with so many lamps as are wanted of skies."""
     image = bpy.data.images.load(str(studio_skies()[name]), check_existing=False)
     try:
         pixels = linear_pixels(image)
     finally:
         bpy.data.images.remove(image)
-    light = project_equirect(pixels, interpolated=True)
-    return _sky(name.title(), light, np.eye(3), 1.0, resized(pixels, _OTHER_SKIES_HEIGHT), files)
+    lamps = lamps_in(pixels, wanted)
+    part = np.multiply.outer(lamps.light(), lamps.colour)
+    light = SceneLight(project_equirect(pixels, interpolated=True), part, lamps, np.eye(3), 1.0)
+    return _sky(name.title(), light, resized(pixels, _OTHER_SKIES_HEIGHT), files)
 
 
-def _sky(
-    name: str,
-    light: npt.NDArray[np.float64],
-    turn: npt.NDArray[np.float64],
-    strength: float,
-    picture: npt.NDArray[np.float32],
-    files: dict[str, bytes],
-) -> dict[str, Any]:
+def _sky(name: str, light: SceneLight, picture: npt.NDArray[np.float32], files: dict[str, bytes]) -> dict[str, Any]:
     file = f"prt-sky-{sum(key.startswith('prt-sky') for key in files)}"
     files[file] = radiance_file(picture)
-    return {"name": name, "light": light.tolist(), "turn": turn.tolist(), "strength": strength, "picture": file}
+    return {
+        "name": name,
+        "light": light.light.tolist(),
+        "lamps": light.lamps.tolist(),
+        "suns": suns_written(light.suns),
+        "turn": light.turn.tolist(),
+        "strength": light.strength,
+        "picture": file,
+    }
 
 
 def _views(scene: bpy.types.Scene, files: dict[str, bytes]) -> tuple[list[dict[str, str]], int]:

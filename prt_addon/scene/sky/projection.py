@@ -106,12 +106,17 @@ def projected(sky: Sky, light: Array, by: str, settings: LightSettings, texels: 
 
 
 def _lamps(sky: Sky, settings: LightSettings, texels: SkyTexels | None) -> Lamps:
-    most = _MOST_LAMPS[settings.lamps]
-    if not most or sky.is_uniform:
+    if not _MOST_LAMPS[settings.lamps] or sky.is_uniform:
         return Lamps()
     picture = texels.pixels if texels and texels.is_equirectangular else sky_picture(sky)
-    found = find_lamps(picture, most, ENOUGH if settings.lamps == "AUTO" else 0.0)
+    found = lamps_in(picture, settings.lamps)
     return found if found.lamps or not sky.has_sun_disc else find_lamps(picture, 1)
+
+
+def lamps_in(picture: Float32, wanted: str) -> Lamps:
+    """The lamps of an equirectangular picture (H, W, 3), as many as `LightSettings.lamps` says."""
+    most = _MOST_LAMPS[wanted]
+    return find_lamps(picture, most, ENOUGH if wanted == "AUTO" else 0.0) if most else Lamps()
 
 
 def sky_picture(sky: Sky) -> Float32:

@@ -26,6 +26,26 @@ export function sumTransport(numbers: ArrayLike<number>, scales: ArrayLike<numbe
   }
 }
 
+/**
+ * Takes from the radiance of white surfaces what lamps of the sky show instead: their part of the direct transport, of which there are nine
+ * whole numbers for each vertex of `out`, times `scale`, at places 0 to 2, 4 to 6 and 8 to 10 of twelve.
+ */
+export function takeLamps(direct: ArrayLike<number>, scale: number, lamps: Light, out: Float32Array): void {
+  const weights = lamps.map((value) => value * scale);
+  for (let vertex = 0, at = 0; vertex < out.length; vertex += 3, at += 12) {
+    let r = 0, g = 0, b = 0;
+    for (let i = 0; i < COEFFICIENTS; i++) {
+      const value = direct[at + 4 * Math.floor(i / 3) + (i % 3)]!;
+      r += value * weights[3 * i]!;
+      g += value * weights[3 * i + 1]!;
+      b += value * weights[3 * i + 2]!;
+    }
+    out[vertex]! -= r;
+    out[vertex + 1]! -= g;
+    out[vertex + 2]! -= b;
+  }
+}
+
 /** Radiance of white surfaces that all of the sky lights, by their normals: three for each vertex, of any length before `toWorld`. */
 export function sumUnshadowed(normals: ArrayLike<number>, toWorld: Matrix3, light: Light, out: Float32Array): void {
   const [a, b, c, d, e, f, g, h, i] = toWorld, lobes = light.map((value, k) => value * COSINE_LOBE[Math.floor(k / 3)]!);

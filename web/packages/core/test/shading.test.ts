@@ -3,7 +3,7 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { aboutZ, applied, layerScales, lightOf, shown, standard, sumTransport, sumUnshadowed, TABLE_TOP, tableCoordinate, unshadowed, type Vector3, withoutNegatives } from "../src/index.js";
+import { aboutZ, applied, layerScales, lightOf, shown, standard, sumTransport, sumUnshadowed, TABLE_TOP, tableCoordinate, takeLamps, unshadowed, type Vector3, withoutNegatives } from "../src/index.js";
 import { golden, near } from "./golden.js";
 
 const numbers = golden<{
@@ -19,6 +19,15 @@ test("the light of whole meshes is that of their vertices, whatever their layers
   const light = lightOf(numbers.light), scales = [0.5, 2, 4, 8, 0.25, 1, 16, 32, 64], out = new Float32Array(3 * numbers.transport.length);
   sumTransport(numbers.transport.flatMap((rows) => rows.flatMap((rgb, i) => rgb.map((value) => value / scales[i]!))), scales, light, out);
   numbers.shown.forEach((wanted, k) => near(withoutNegatives([...out.subarray(3 * k, 3 * k + 3)] as unknown as Vector3), wanted, 1e-6));
+});
+
+test("what lamps show is taken out by the direct transport, wherever its numbers are padded", () => {
+  const lamps = lightOf(numbers.light), direct = numbers.transport.map((rows) => rows.map((rgb) => rgb[1]!));
+  const padded = direct.flatMap(([a, b, c, d, e, f, g, h, i]) => [a!, b!, c!, 9, d!, e!, f!, 9, g!, h!, i!, 9].map((value) => value / 4));
+  const out = new Float32Array(3 * direct.length).fill(1);
+  takeLamps(padded, 4, lamps, out);
+  const wanted = direct.flatMap((row) => [0, 1, 2].map((c) => 1 - row.reduce((sum, value, i) => sum + value * lamps[3 * i + c]!, 0)));
+  near(out, wanted, 1e-5);
 });
 
 test("the scales of layers: those of the extras, 1 without, and no others", () => {

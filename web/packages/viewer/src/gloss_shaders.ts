@@ -11,20 +11,37 @@ vec2 equirect(vec3 w) {
 }`;
 
 /**
- * A Principled BSDF as the relit surfaces of EEVEE have it: what stands in the sky's place sends as much light as arrives on
- * average. The gloss' albedo is the fit of Karis 2014, "Physically Based Shading on Mobile", to the split sum of GGX.
+ * A Principled BSDF as the relit surfaces of EEVEE have it, as what its base colour is multiplied by, what is added to that, and what it
+ * diffuses of light from suns. What stands in the sky's place sends as much light as arrives on average. The gloss' albedo is the fit of Karis 2014, "Physically
+ * Based Shading on Mobile", to the split sum of GGX.
  */
-export const GLSL_GLOSS = `
-centroid in vec3 facing;
-in vec3 spot;
-centroid in float skySeen;
-uniform vec4 eye;
+export const GLSL_MIRRORS = `
 uniform mat3 toPicture;
-uniform sampler2D mirroredSky, glossTexture, normalTexture;
+uniform sampler2D mirroredSky;
+uniform vec3 gloss; // metallic, roughness, what a dielectric reflects of what comes straight
+uniform float strength;
+${GLSL_EQUIRECT}
+void mirrors(vec3 n, vec3 view, float metallic, float rough, vec3 light, float seen, out vec3 factor, out vec3 summand,
+  out float diffuse) {
+  n = normalize(n + max(0.001 - dot(n, view), 0.0) * view); // smooth normals look away along outlines
+  vec4 r = rough * vec4(-1.0, -0.0275, -0.572, 0.022) + vec4(1.0, 0.0425, 1.04, -0.04);
+  float grazing = min(r.x * r.x, exp2(-9.28 * abs(dot(n, view)))) * r.x + r.y;
+  vec2 fit = vec2(-1.04, 1.04) * grazing + r.zw, metal = metallic * fit / (fit.x + fit.y); // times the base colour, and white
+  float dielectric = (1.0 - metallic) * (gloss.z * fit.x + min(50.0 * gloss.z, 1.0) * fit.y);
+  vec3 sky = seen * strength * textureLod(mirroredSky, equirect(toPicture * reflect(-view, n)), rough * ${(ROUGHNESSES - 1).toFixed(1)}).rgb;
+  vec3 other = (1.0 - seen) * light;
+  diffuse = 1.0 - metallic - dielectric;
+  factor = light * diffuse + other * metallic + sky * metal.x;
+  summand = (other + sky) * dielectric + sky * metal.y;
+}`;
+
+/** The same in each pixel, with normals and kinds of gloss from pictures. */
+export const GLSL_GLOSS = `
+centroid in float skySeen;
+uniform sampler2D glossTexture, normalTexture;
 uniform vec4 glossPlacing, normalPlacing;
 uniform int glossCoordinates, normalCoordinates;
-uniform vec3 gloss; // metallic, roughness, what a dielectric reflects of what comes straight
-uniform float normalScale, strength;
+uniform float normalScale;
 
 vec3 detailed(vec3 n) {
 #ifdef NORMAL_PICTURE
@@ -39,23 +56,17 @@ vec3 detailed(vec3 n) {
   return n;
 }
 
-vec3 glossy(vec3 base, vec3 light) {
+vec3 glossy(vec3 base, vec3 light, vec3 suns) {
   float metallic = gloss.x, rough = gloss.y;
 #ifdef GLOSS_PICTURE
   vec2 kind = texture(glossTexture, placed(glossPlacing, glossCoordinates)).bg;
   metallic *= kind.x;
   rough *= kind.y;
 #endif
-  vec3 view = normalize(eye.xyz - eye.w * spot), n = detailed(gl_FrontFacing ? normalize(facing) : -normalize(facing));
-  n = normalize(n + max(0.001 - dot(n, view), 0.0) * view); // smooth normals look away along outlines
-  vec4 r = rough * vec4(-1.0, -0.0275, -0.572, 0.022) + vec4(1.0, 0.0425, 1.04, -0.04);
-  float grazing = min(r.x * r.x, exp2(-9.28 * abs(dot(n, view)))) * r.x + r.y;
-  vec2 fit = vec2(-1.04, 1.04) * grazing + r.zw;
-  float dielectric = gloss.z * fit.x + min(50.0 * gloss.z, 1.0) * fit.y;
-  vec3 metal = (base * fit.x + fit.y) / (fit.x + fit.y);
-  vec3 mirrored = strength * textureLod(mirroredSky, equirect(toPicture * reflect(-view, n)), rough * ${(ROUGHNESSES - 1).toFixed(1)}).rgb;
-  return light * (base * (1.0 - metallic) * (1.0 - dielectric) + (1.0 - skySeen) * mix(vec3(dielectric), base, metallic))
-    + mirrored * skySeen * mix(vec3(dielectric), metal, metallic);
+  vec3 view = normalize(eye.xyz - eye.w * spot), factor, summand;
+  float diffuse;
+  mirrors(detailed(gl_FrontFacing ? normalize(facing) : -normalize(facing)), view, metallic, rough, light, skySeen, factor, summand, diffuse);
+  return base * (factor + diffuse * suns) + summand;
 }`;
 
 /** An equirectangular sky as a mirror of some roughness shows it, by the samples of GGX; a picture of 0 is only made smaller. */

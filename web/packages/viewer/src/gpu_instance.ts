@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // An instance on the graphics card: a mesh, and the light of its vertices, which is summed anew when the light changes.
 
-import { type Light, sumTransport, sumUnshadowed, turned } from "@prt-relight/core";
+import { type Light, sumTransport, sumUnshadowed, takeLamps, turned } from "@prt-relight/core";
 import { ATTRIBUTES, type GL } from "./gl.js";
 import type { Attribute, GpuMesh } from "./gpu_mesh.js";
 import { normalMatrix } from "./matrix4.js";
@@ -30,12 +30,13 @@ export class GpuInstance {
     gl.bindVertexArray(null);
   }
 
-  /** Lights the vertices, by their transport if there is any and it is wanted. */
-  relight(light: Light, baked: boolean): void {
+  /** Lights the vertices, by their transport if there is any and it is wanted: then without the direct light of lamps. */
+  relight(light: Light, lamps: Light | null, baked: boolean): void {
     const { gl, instance } = this, { mesh, axes, world } = instance;
     if (baked && mesh.transport) {
-      const { numbers, scales, inOwnAxes } = mesh.transport;
-      sumTransport(numbers, scales, inOwnAxes ? turned(light, axes) : light, this.light);
+      const { numbers, scales, inOwnAxes, direct, directScale } = mesh.transport, own = (of: Light) => (inOwnAxes ? turned(of, axes) : of);
+      sumTransport(numbers, scales, own(light), this.light);
+      if (lamps && direct) takeLamps(direct, directScale, own(lamps), this.light);
     } else {
       sumUnshadowed(mesh.normals, normalMatrix(world), light, this.light);
     }

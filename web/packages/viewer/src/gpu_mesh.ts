@@ -23,7 +23,7 @@ export class GpuMesh {
     const floats = (data: Float32Array | null, width: number) => data && { values: this.values(data), width };
     const direct = material.gloss && transport?.direct ? this.values(transport.direct) : null;
     this.attributes = [
-      floats(positions, 3), null, ...coordinates.map((data) => floats(data, 2)), material.gloss && floats(normals, 3),
+      floats(positions, 3), null, ...coordinates.map((data) => floats(data, 2)), material.gloss || transport ? floats(normals, 3) : null,
       ...[0, 4, 8].map((offset) => direct && { values: direct, width: 3, stride: DIRECT_STRIDE, offset }),
     ];
     this.triangles = buffer(gl, gl.ELEMENT_ARRAY_BUFFER, triangles as Uint32Array<ArrayBuffer>);

@@ -6,13 +6,16 @@ export interface Quality {
   readonly scale: number;
   /** Samples a pixel. */
   readonly samples: number;
+  /** Whether meshes are coarse, and mirror the sky at their vertices. */
+  readonly coarse: boolean;
   /** Whether the sky is smoothed by cubic splines, which costs four looks for one. */
   readonly smoothSky: boolean;
 }
 
-export const FINEST: Quality = { scale: 1, samples: 4, smoothSky: true };
+export const FINEST: Quality = { scale: 1, samples: 4, coarse: false, smoothSky: true };
 
-const QUALITIES: readonly Quality[] = [FINEST, ...[1, 0.7, 0.5, 0.35].map((scale) => ({ scale, samples: 1, smoothSky: false }))];
+const moving = (coarse: boolean) => (scale: number): Quality => ({ scale, samples: 1, coarse, smoothSky: false });
+const QUALITIES: readonly Quality[] = [FINEST, ...[1, 0.7, 0.5].map(moving(false)), ...[0.5, 0.35].map(moving(true))];
 const SLOW = 40, QUICK = 20; // milliseconds a frame
 const STEP = 2; // by what about the next quality is quicker
 const SLOW_FRAMES = 3, QUICK_FRAMES = 60; // in a row, before anything changes

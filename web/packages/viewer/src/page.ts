@@ -1,10 +1,23 @@
 // SPDX-License-Identifier: MIT
 // What the exporter has put into the page: the scene's description, and files in base64 and gzip.
 
+/** A lamp that stands for a spot of the sky. */
+export interface SunEntry {
+  /** A unit vector towards it, in the unturned sky. */
+  readonly direction: readonly [number, number, number];
+  /** Of a surface that faces it, at strength 1. */
+  readonly irradiance: readonly [number, number, number];
+  /** Of its disc, in radians. */
+  readonly radius: number;
+}
+
 export interface SkyEntry {
   readonly name: string;
   /** Nine RGB coefficients, unturned and at strength 1. */
   readonly light: readonly (readonly number[])[];
+  /** The part of it that suns show instead, and these. */
+  readonly lamps: readonly (readonly number[])[];
+  readonly suns: readonly SunEntry[];
   /** Rows of R: along w, the sky shows what its picture holds along R w. */
   readonly turn: readonly (readonly number[])[];
   readonly strength: number;

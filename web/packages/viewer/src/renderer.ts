@@ -3,15 +3,16 @@
 
 import { type Light, type Matrix3, scaled, turned } from "@prt-relight/core";
 import { Backdrop } from "./backdrop.js";
+import { coarsened } from "./coarse.js";
 import { Display } from "./display.js";
+import { Drawables } from "./drawables.js";
 import type { GL } from "./gl.js";
-import { GpuInstance } from "./gpu_instance.js";
-import { GpuMesh } from "./gpu_mesh.js";
 import { isMirrored, type Matrix4, product } from "./matrix4.js";
 import { MirroredSky } from "./mirrored_sky.js";
-import type { Instance, Mesh, Model } from "./model.js";
+import type { Instance, Model } from "./model.js";
 import type { Orbit } from "./orbit.js";
 import type { Quality } from "./pace.js";
+import { Shadows } from "./shadows.js";
 import type { Sky } from "./sky.js";
 import { type Shading, Surfaces, type Surroundings } from "./surfaces.js";
 import { Target } from "./target.js";
@@ -31,14 +32,16 @@ export class Renderer {
   private readonly surfaces: Surfaces;
   private readonly backdrop: Backdrop;
   private readonly mirrored: MirroredSky;
+  private readonly shadows: Shadows;
   private readonly display: Display;
   private readonly solid: readonly Instance[];
   private readonly clear: readonly Instance[];
-  private readonly instances = new Map<Instance, GpuInstance>();
+  private readonly fine: Drawables;
+  private coarse: Drawables | null = null;
   private target: Target | null = null;
-  private lit: { readonly light: Light; readonly baked: boolean } | null = null;
 
-  constructor(private readonly gl: GL, { instances }: Model) {
+  constructor(private readonly gl: GL, private readonly model: Model) {
+    const { instances } = model;
     if (!gl.getExtension("EXT_color_buffer_float") && !gl.getExtension("EXT_color_buffer_half_float")) {
       throw new Error("This browser's graphics cannot draw light that is brighter than white: this is a still picture of the scene.");
     }
@@ -48,15 +51,11 @@ export class Renderer {
     this.surfaces = new Surfaces(gl);
     this.backdrop = new Backdrop(gl);
     this.mirrored = new MirroredSky(gl, this.backdrop);
+    this.shadows = new Shadows(gl, model);
     this.display = new Display(gl);
     this.solid = instances.filter(({ mesh }) => mesh.material.alpha !== "BLEND");
     this.clear = instances.filter(({ mesh }) => mesh.material.alpha === "BLEND");
-    const meshes = new Map<Mesh, GpuMesh>();
-    for (const instance of instances) {
-      const mesh = meshes.get(instance.mesh) ?? new GpuMesh(gl, instance.mesh);
-      meshes.set(instance.mesh, mesh);
-      this.instances.set(instance, new GpuInstance(gl, instance, mesh));
-    }
+    this.fine = new Drawables(gl, model);
   }
 
   /** Draws a frame into the canvas, of which a share is covered from below. */
@@ -66,28 +65,30 @@ export class Renderer {
       target?.dispose();
       this.target = new Target(this.gl, width, height, quality.samples);
     }
-    this.drawInto(this.target!, frame, orbit, covered, quality);
+    this.drawInto(this.target!, frame, orbit, covered, quality.coarse, quality);
     this.display.show(this.target!.finished(), frame.exposure, frame.table);
   }
 
   /**
-   * Linear light of a frame, four floats a pixel, the lowest row first. Alpha is 0 where nothing is; the sky is left out.
+   * Linear light of a frame, four floats a pixel, the lowest row first. Alpha is 0 where nothing is; the sky is left out. Coarse is what
+   * is drawn of movements on slow machines.
    */
-  radiance(frame: Frame, orbit: Orbit, width: number, height: number): Float32Array {
+  radiance(frame: Frame, orbit: Orbit, width: number, height: number, coarse: boolean): Float32Array {
     const target = new Target(this.gl, width, height, 1, true);
-    this.drawInto(target, frame, orbit, 0, null);
+    this.drawInto(target, frame, orbit, 0, coarse, null);
     const pixels = target.read();
     target.dispose();
     return pixels;
   }
 
   /** Draws what is solid, the sky where nothing is (if its quality is given), and what can be seen through, the farthest first. */
-  private drawInto(target: Target, frame: Frame, orbit: Orbit, covered: number, sky: Quality | null): void {
+  private drawInto(target: Target, frame: Frame, orbit: Orbit, covered: number, coarse: boolean, sky: Quality | null): void {
     const { gl } = this, aspect = target.width / target.height, clip = orbit.clip(aspect, covered), eye = orbit.position;
     const distance = ({ centre }: Instance) => Math.hypot(...centre.map((value, k) => value - eye[k]!));
-    const surroundings = { ...frame, eye: orbit.eye, mirrored: this.mirroredSky(frame) };
-    const draw = (instance: Instance) => this.drawInstance(instance, product(clip, instance.world), surroundings);
-    this.relight(frame);
+    const drawables = this.lit(coarse, frame), baked = frame.shading !== "unshadowed";
+    const suns = baked ? this.shadows.of(frame.sky, frame.turn, drawables, coarse) : null;
+    const surroundings = { ...frame, coarse, suns, eye: orbit.eye, mirrored: this.mirroredSky(frame) };
+    const draw = (instance: Instance) => this.drawInstance(drawables, instance, product(clip, instance.world), surroundings);
     target.begin();
     gl.enable(gl.DEPTH_TEST);
     gl.depthFunc(gl.LEQUAL);
@@ -100,23 +101,22 @@ export class Renderer {
 
   /** Made before anything is drawn, and only if something mirrors it. */
   private mirroredSky({ sky, shading }: Frame): WebGLTexture | null {
-    const isSeen = shading !== "light" && [...this.instances.keys()].some(({ mesh }) => mesh.material.gloss);
+    const isSeen = shading !== "light" && this.model.instances.some(({ mesh }) => mesh.material.gloss);
     return isSeen ? this.mirrored.textureOf(sky) : null;
   }
 
-  private drawInstance(instance: Instance, place: Matrix4, surroundings: Surroundings): void {
+  private drawInstance(drawables: Drawables, instance: Instance, place: Matrix4, surroundings: Surroundings): void {
     const { gl } = this;
     this.surfaces.begin(instance, place, surroundings);
     gl.frontFace(isMirrored(instance.world) ? gl.CW : gl.CCW);
-    this.instances.get(instance)!.draw();
+    drawables.draw(instance);
   }
 
-  /** Sums the light of all vertices, unless it is as in the frame before. */
-  private relight({ sky, turn, shading }: Frame): void {
-    const light = scaled(turned(sky.light, turn), sky.strength), baked = shading !== "unshadowed";
-    if (this.lit && this.lit.baked === baked && this.lit.light.every((value, k) => value === light[k])) return;
-    for (const instance of this.instances.values()) instance.relight(light, baked);
-    this.lit = { light, baked };
+  /** What is drawn, under the light of a frame. Coarse meshes are made when they are first drawn. */
+  private lit(coarse: boolean, { sky, turn, shading }: Frame): Drawables {
+    const drawables = coarse ? (this.coarse ??= new Drawables(this.gl, this.model, coarsened(this.model))) : this.fine;
+    const seen = (light: Light) => scaled(turned(light, turn), sky.strength);
+    drawables.relight(seen(sky.light), sky.suns.length ? seen(sky.lamps) : null, shading !== "unshadowed");
+    return drawables;
   }
 }
-

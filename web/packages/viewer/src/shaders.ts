@@ -2,7 +2,8 @@
 // What runs on the graphics card: meshes under their light, the sky behind them, and the view transform of both.
 
 import { GLSL_VIEW, GLSL_WITHOUT_NEGATIVES, K_0, K_1, K_XX, K_XY, K_ZZ } from "@prt-relight/core";
-import { GLSL_EQUIRECT, GLSL_GLOSS } from "./gloss_shaders.js";
+import { GLSL_EQUIRECT, GLSL_GLOSS, GLSL_MIRRORS } from "./gloss_shaders.js";
+import { GLSL_SUNS } from "./sun_shaders.js";
 
 export const HEAD = `#version 300 es
 precision highp float;
@@ -13,7 +14,7 @@ precision highp sampler2D;
 /** What the program of a surface can do beside being lit. */
 export type Feature =
   | "TEXTURED" | "GLOWING" | "GLOWING_PICTURE" | "CUT" | "CLEAR" | "WHITE"
-  | "GLOSSY" | "GLOSS_PICTURE" | "NORMAL_PICTURE" | "SKY_SEEN";
+  | "SUNNY" | "SUNNY_COARSELY" | "GLOSSY" | "GLOSSY_AT_VERTICES" | "GLOSS_PICTURE" | "NORMAL_PICTURE" | "SKY_SEEN";
 
 /** The programs of a surface: vertex and fragment. */
 export function surfaceShaders(features: readonly Feature[]): [string, string] {
@@ -36,6 +37,13 @@ out vec2 place0, place1;
 centroid out vec3 facing;
 out vec3 spot;
 centroid out float skySeen;
+centroid out vec3 factor, summand; // of the base colour, and to it
+centroid out float diffuse; // what light from suns is multiplied by, too
+
+#ifdef GLOSSY_AT_VERTICES
+${GLSL_WITHOUT_NEGATIVES}
+${GLSL_MIRRORS}
+#endif
 
 #ifdef SKY_SEEN
 // How much sky there is where a mirror looks: the direct transport along the mirrored view, by what it is in the open, as
@@ -56,7 +64,7 @@ void main() {
   place0 = coordinates0;
   place1 = coordinates1;
   gl_Position = place * vec4(position, 1.0);
-#ifdef GLOSSY
+#if defined(GLOSSY) || defined(GLOSSY_AT_VERTICES) || defined(SUNNY)
   spot = (world * vec4(position, 1.0)).xyz;
   facing = normalize(normals * normal);
   skySeen = 1.0;
@@ -64,11 +72,18 @@ void main() {
   skySeen = share(facing, normalize(eye.xyz - eye.w * spot));
 #endif
 #endif
+#ifdef GLOSSY_AT_VERTICES
+  vec3 view = normalize(eye.xyz - eye.w * spot), n = dot(facing, view) < 0.0 ? -facing : facing;
+  mirrors(n, view, gloss.x, gloss.y, withoutNegatives(light), skySeen, factor, summand, diffuse);
+#endif
 }`;
 
 const SURFACE_FRAGMENT = `
 centroid in vec3 radiance;
+centroid in vec3 facing;
+in vec3 spot;
 in vec2 place0, place1;
+uniform vec4 eye;
 uniform vec4 colour, colourPlacing, emissionPlacing;
 uniform vec3 emission;
 uniform sampler2D colourTexture, emissionTexture;
@@ -80,8 +95,20 @@ vec2 placed(vec4 placing, int index) {
   return (index == 1 ? place1 : place0) * placing.zw + placing.xy;
 }
 #ifdef GLOSSY
-${GLSL_EQUIRECT}
+${GLSL_MIRRORS}
 ${GLSL_GLOSS}
+#endif
+#ifdef GLOSSY_AT_VERTICES
+centroid in vec3 factor, summand;
+centroid in float diffuse;
+#endif
+#ifdef SUNNY
+#ifdef SUNNY_COARSELY
+const int SEARCHES = 4, LOOKS = 4;
+#else
+const int SEARCHES = 12, LOOKS = 24;
+#endif
+${GLSL_SUNS}
 #endif
 
 void main() {
@@ -92,12 +119,21 @@ void main() {
 #ifdef CUT
   if (surface.a < cutoff) discard;
 #endif
-  vec3 light = withoutNegatives(radiance);
-#ifndef WHITE
-#ifdef GLOSSY
-  light = glossy(surface.rgb, light);
+  vec3 suns = vec3(0.0);
+#ifdef SUNNY
+  vec3 n = normalize(facing);
+  suns = sunLight(spot, dot(n, eye.xyz - eye.w * spot) < 0.0 ? -n : n);
+#endif
+#ifdef GLOSSY_AT_VERTICES
+  vec3 light = surface.rgb * (factor + diffuse * suns) + summand;
 #else
-  light *= surface.rgb;
+  vec3 light = withoutNegatives(radiance);
+#ifdef GLOSSY
+  light = glossy(surface.rgb, light, suns);
+#elif defined(WHITE)
+  light += suns;
+#else
+  light = (light + suns) * surface.rgb;
 #endif
 #endif
 #ifdef GLOWING_PICTURE
@@ -148,6 +184,15 @@ void main() {
   shown = vec4(strength * (smoothly ? smoothed(at) : textureLod(picture, at, 0.0).rgb), 1.0);
 }`;
 
+
+/** What a sun sees, of which only the depth is kept. */
+export const SHADOW_VERTEX = `${HEAD}
+in vec3 position;
+uniform mat4 place;
+void main() { gl_Position = place * vec4(position, 1.0); }`;
+
+export const SHADOW_FRAGMENT = `${HEAD}
+void main() {}`;
 
 /** A triangle that covers the screen. */
 export const DISPLAY_VERTEX = `${HEAD}

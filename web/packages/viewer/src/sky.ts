@@ -3,11 +3,14 @@
 
 import { fromColumns, IDENTITY, type Light, lightOf, type Matrix3, type Picture, projected, readRadiance, transposed, type Vector3 } from "@prt-relight/core";
 import { readExr } from "./exr.js";
-import { file, type SkyEntry } from "./page.js";
+import { file, type SkyEntry, type SunEntry } from "./page.js";
 
 export interface Sky {
   readonly name: string;
   readonly light: Light;
+  /** The part of the light that suns show instead; as their direct light alone, what bounces of it stays. */
+  readonly lamps: Light;
+  readonly suns: readonly SunEntry[];
   /** Along w, the sky shows what its picture holds along `turn` w. */
   readonly turn: Matrix3;
   readonly strength: number;
@@ -20,6 +23,8 @@ export async function embeddedSky(entry: SkyEntry): Promise<Sky> {
   return {
     name: entry.name,
     light: lightOf(entry.light),
+    lamps: lightOf(entry.lamps),
+    suns: entry.suns,
     turn: transposed(fromColumns(x, y, z)),
     strength: entry.strength,
     picture: readRadiance(await file(entry.picture)),
@@ -41,5 +46,6 @@ export async function openedSky(chosen: File): Promise<Sky> {
   if (Math.abs(picture.width - 2 * picture.height) > 1) {
     throw new Error(`"${chosen.name}" is ${picture.width} × ${picture.height}: a panorama is twice as wide as high.`);
   }
-  return { name: name!, light: projected(picture), turn: IDENTITY, strength: 1, picture };
+  const light = projected(picture);
+  return { name: name!, light, lamps: new Float64Array(light.length), suns: [], turn: IDENTITY, strength: 1, picture };
 }

@@ -136,10 +136,10 @@ export class Viewer extends EventTarget {
     this.renderer?.draw(this.frame, this.orbit, this.covered, quality);
   }
 
-  /** Linear light without the sky: four floats a pixel, the lowest row first. */
-  radiance(width: number, height: number): Float32Array {
+  /** Linear light without the sky: four floats a pixel, the lowest row first; or, coarse, that of movements on slow machines. */
+  radiance(width: number, height: number, coarse = false): Float32Array {
     if (!this.renderer) throw new Error("The browser has lost its graphics.");
-    return this.renderer.radiance(this.frame, this.orbit, width, height);
+    return this.renderer.radiance(this.frame, this.orbit, width, height, coarse);
   }
 
   private setTurn(change: Partial<SkyTurn>): void {

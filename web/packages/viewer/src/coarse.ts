@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: MIT
+// Coarser meshes for movements on slow machines: vertices of a cell that face alike become one of them (Rossignac and Borrel, 1993).
+
+import type { Mesh, Model, Transport } from "./model.js";
+import { DIRECT_STRIDE, NUMBERS } from "./transport.js";
+
+/** Vertices of a whole model: about one for seven pixels of the coarsest picture of a screen of 1280 x 720. */
+export const ENOUGH = 16_000;
+
+const LEAST = 500; // of a mesh: small ones keep their shape
+const STEPS = 12; // of the bisection by which the size of cells is found
+const MOST_CELLS = 1024; // along each axis
+
+/** Each mesh of a model with its share of `ENOUGH` vertices; the same meshes where there are no more. */
+export function coarsened({ instances }: Model): Map<Mesh, Mesh> {
+  const total = instances.reduce((sum, { mesh }) => sum + mesh.vertices, 0), meshes = new Set(instances.map(({ mesh }) => mesh));
+  return new Map([...meshes].map((mesh) => [mesh, coarser(mesh, Math.max(LEAST, Math.ceil(mesh.vertices * Math.min(1, ENOUGH / total))))]));
+}
+
+/** A mesh with at most so many vertices, 8 or more, which are some of its own. */
+export function coarser(mesh: Mesh, most: number): Mesh {
+  if (mesh.vertices <= most) return mesh;
+  const { positions } = mesh, least = [Infinity, Infinity, Infinity], greatest = [-Infinity, -Infinity, -Infinity];
+  positions.forEach((value, k) => {
+    least[k % 3] = Math.min(least[k % 3]!, value);
+    greatest[k % 3] = Math.max(greatest[k % 3]!, value);
+  });
+  const extent = Math.max(...greatest.map((value, k) => value - least[k]!)) || 1;
+  let small = extent / (MOST_CELLS - 1), large = 2 * extent, cells = cellsOf(mesh, least, large);
+  for (let step = 0; step < STEPS; step++) {
+    const size = Math.sqrt(small * large), found = cellsOf(mesh, least, size);
+    if (found.count > most) small = size;
+    else [large, cells] = [size, found];
+  }
+  return joined(mesh, cells);
+}
+
+interface Cells {
+  /** The cell of each vertex. */
+  readonly of: Uint32Array;
+  readonly count: number;
+}
+
+/** Cells of a size, each for one of the eight ways in which normals look: sheets keep both sides, and edges stay hard. */
+function cellsOf({ positions, normals, vertices }: Mesh, least: readonly number[], size: number): Cells {
+  const numbers = new Map<number, number>(), of = new Uint32Array(vertices);
+  for (let vertex = 0, k = 0; vertex < vertices; vertex++, k += 3) {
+    let key = 0;
+    for (let axis = 0; axis < 3; axis++) key = key * MOST_CELLS + Math.floor((positions[k + axis]! - least[axis]!) / size);
+    key = key * 8 + Number(normals[k]! < 0) + 2 * Number(normals[k + 1]! < 0) + 4 * Number(normals[k + 2]! < 0);
+    let number = numbers.get(key);
+    if (number === undefined) numbers.set(key, (number = numbers.size));
+    of[vertex] = number;
+  }
+  return { of, count: numbers.size };
+}
+
+/** The mesh with one vertex for each cell, the nearest to the mean of its vertices, and the triangles that still are some. */
+function joined(mesh: Mesh, { of, count }: Cells): Mesh {
+  const kept = middles(mesh, { of, count }), triangles: number[] = [];
+  for (let k = 0; k < mesh.triangles.length; k += 3) {
+    const [a, b, c] = [of[mesh.triangles[k]!]!, of[mesh.triangles[k + 1]!]!, of[mesh.triangles[k + 2]!]!];
+    if (a !== b && b !== c && c !== a) triangles.push(a, b, c);
+  }
+  return {
+    ...mesh,
+    vertices: count,
+    positions: taken(mesh.positions, kept, 3),
+    normals: taken(mesh.normals, kept, 3),
+    coordinates: mesh.coordinates.map((pairs) => pairs && taken(pairs, kept, 2)),
+    triangles: Uint32Array.from(triangles),
+    transport: mesh.transport && transportOf(mesh.transport, kept),
+  };
+}
+
+function middles({ positions, vertices }: Mesh, { of, count }: Cells): Uint32Array {
+  const sums = new Float64Array(3 * count), sizes = new Uint32Array(count);
+  for (let vertex = 0; vertex < vertices; vertex++) {
+    const cell = of[vertex]!;
+    sizes[cell]!++;
+    for (let axis = 0; axis < 3; axis++) sums[3 * cell + axis]! += positions[3 * vertex + axis]!;
+  }
+  const kept = new Uint32Array(count), nearest = new Float64Array(count).fill(Infinity);
+  for (let vertex = 0; vertex < vertices; vertex++) {
+    const cell = of[vertex]!;
+    let square = 0;
+    for (let axis = 0; axis < 3; axis++) square += (positions[3 * vertex + axis]! - sums[3 * cell + axis]! / sizes[cell]!) ** 2;
+    if (square < nearest[cell]!) [nearest[cell], kept[cell]] = [square, vertex];
+  }
+  return kept;
+}
+
+function transportOf(transport: Transport, kept: Uint32Array): Transport {
+  const { numbers, direct } = transport;
+  return { ...transport, numbers: taken(numbers, kept, NUMBERS), direct: direct && taken(direct, kept, DIRECT_STRIDE) };
+}
+
+/** Rows of an array, of so many numbers each. */
+function taken<Numbers extends Float32Array | Int16Array | Int8Array>(from: Numbers, rows: Uint32Array, width: number): Numbers {
+  const out = from.slice(0, width * rows.length) as Numbers;
+  rows.forEach((row, k) => out.set(from.subarray(width * row, width * (row + 1)), width * k));
+  return out;
+}
