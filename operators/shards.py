@@ -4,6 +4,7 @@
 import time
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import bpy
@@ -14,7 +15,7 @@ from ..prt_addon.core.bake.run import DEFAULT_RUN
 from ..prt_addon.core.bake.shards import PieceFolder, Shard
 from ..prt_addon.core.errors import ShardError
 from ..prt_addon.core.monitor import Work
-from ..prt_addon.core.problem import CASTING, TraceKey
+from ..prt_addon.core.problem import CASTING, BakeProblem, TraceKey
 from ..prt_addon.scene.bake import choose
 from ..prt_addon.scene.bake.freshness import preview_notices
 from ..prt_addon.scene.bake.whole_bake import WholeBake
@@ -88,23 +89,29 @@ class PRT_OT_bake_shard(ShardOperator, BakeProperties, bpy.types.Operator):
         whole = WholeBake(context, settings)
         self._say(context, [*whole.plan.notices, *preview_notices(choose.objects_to_bake(context))])
         problem = whole.plan.problem
-        if folder is None:
-            self._reading = time.monotonic() - begun
-            return Job(
-                tasks.estimate,
-                problem,
-                self.count,
-                work=Work(rays=min(PROBE, problem.work.rays)),
-                run=run_settings(context.scene),
-                threads=context.scene.render.threads,
-                patience=engine_patience(context),
-            )
+        self._reading = time.monotonic() - begun
+        return (
+            self._estimate_job(context, problem) if folder is None else self._shard_job(context, problem, shard, folder)
+        )
+
+    def _estimate_job(self, context: bpy.types.Context, problem: BakeProblem) -> Job[Any]:
+        return Job(
+            tasks.estimate,
+            problem,
+            self.count,
+            work=Work(rays=min(PROBE, problem.work.rays)),
+            run=run_settings(context.scene),
+            threads=context.scene.render.threads,
+            patience=engine_patience(context),
+        )
+
+    def _shard_job(self, context: bpy.types.Context, problem: BakeProblem, shard: Shard, folder: Path) -> Job[Any]:
         span = shard.span(problem.receivers)
         return Job(
             tasks.shard,
             problem,
             shard,
-            work=Work(rays=settings.samples * (span.stop - span.start)),
+            work=Work(rays=problem.settings.samples * (span.stop - span.start)),
             run=replace(DEFAULT_RUN, pieces=PieceFolder(folder, problem.trace_key, shard)),
             threads=context.scene.render.threads,
             patience=engine_patience(context),

@@ -45,7 +45,7 @@ def bake(problem: BakeProblem, run: Run = DEFAULT_RUN) -> BakeResult:
     it, also of what nobody wants the transport of. The result has the same bits whatever the order of the groups, the
     number of threads and the chunk size.
 
-    Receivers inside other geometry continue what is open about them (see `transport.cover`), in whichever mode casts rays. The
+    Receivers inside other geometry take the light of open parts around them (see `transport.cover`), in whichever mode casts rays. The
     findings tell their share, and of objects that no light reaches or that float32 is too coarse for.
 
     Raises:

@@ -34,8 +34,8 @@ _TOO_BLIND = 0.02  # skipped start of rays, as a share of their object's radius,
 
 
 _FILLED = Kind(
-    "{share} of the receivers of {name} lie inside other geometry, and continue what is open about them.",
-    "{count} objects have receivers inside other geometry, which continue what is open about them: {names}.",
+    "{share} of the receivers of {name} lie inside other geometry, and take the light of open parts around them.",
+    "{count} objects have receivers inside other geometry, which take the light of open parts around them: {names}.",
     "INFO",
 )
 _BLACK = Kind(

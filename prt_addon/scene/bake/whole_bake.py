@@ -34,7 +34,7 @@ from .plan import ObjectToBake
 from .read import read_bake
 
 _NO_LIGHT = Kind(
-    "{why} Until then nothing projected lights the bake: a white sky stands in where the world has no light yet.",
+    "{why} Until then a white sky lights the bake where the world has no light yet.",
     "{count} worlds cannot be projected: {names}.",
     fix="prt.use_sky",
 )

@@ -94,7 +94,7 @@ def test_ball_sunk_into_a_floor_has_no_black_ring(bake, stage, capfd, mode):
     assert transport[np.abs(height) < 0.3, 0].min() > 0.35 * OPEN  # the floor hides half of the sky there
     assert transport[height < -0.3, 0].min() > 0.35 * OPEN
     said = told(capfd)
-    assert "2 objects have receivers inside other geometry, which continue what is open" in said
+    assert "2 objects have receivers inside other geometry, which take the light of open parts" in said
     assert "'Ball', 'Floor'" in said
 
 
@@ -106,7 +106,7 @@ def test_a_wholly_buried_object_is_black_and_said(bake, stage, capfd):
     assert bake(ball, shell)[:, 0].max() == 0.0
     said = told(capfd)
     assert "No light reaches 'Ball'" in said
-    assert "continue what is open" not in said
+    assert "open parts" not in said
 
 
 def test_faces_turned_inside_out_are_black_and_said(bake, stage, capfd):
