@@ -34,7 +34,7 @@ class LightSettings:
     lamps: str = "NONE"
 
 
-_MOST_LAMPS = {"NONE": 0, "ONE": 1, "AUTO": 4, "FOUR": 4, "EIGHT": 8}
+MOST_LAMPS = {"NONE": 0, "ONE": 1, "AUTO": 4, "FOUR": 4, "EIGHT": 8}
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ def projected(sky: Sky, light: Array, by: str, settings: LightSettings, picture:
 
 
 def _lamps(sky: Sky, settings: LightSettings, picture: Float32 | None) -> Lamps:
-    if not _MOST_LAMPS[settings.lamps] or sky.is_uniform:
+    if not MOST_LAMPS[settings.lamps] or sky.is_uniform:
         return Lamps()
     picture = sky_picture(sky) if picture is None else picture
     found = lamps_in(picture, settings.lamps)
@@ -109,7 +109,7 @@ def _lamps(sky: Sky, settings: LightSettings, picture: Float32 | None) -> Lamps:
 
 def lamps_in(picture: Float32, wanted: str) -> Lamps:
     """The lamps of an equirectangular picture (H, W, 3), as many as `LightSettings.lamps` says."""
-    most = _MOST_LAMPS[wanted]
+    most = MOST_LAMPS[wanted]
     return find_lamps(picture, most, ENOUGH if wanted == "AUTO" else 0.0) if most else Lamps()
 
 
