@@ -55,6 +55,16 @@ def test_the_sky():
     np.testing.assert_allclose(project_equirect(upright, interpolated=True), found["light"], atol=1e-10)
 
 
+def test_the_lamps_of_a_sky():
+    """As many as are wanted, the brightest first, with all of their light in its coefficients."""
+    found = golden("lamps")
+    assert len(found["irradiances"]) == found["most"] == 4 and found["irradiances"].max() == found["irradiances"][0]
+    np.testing.assert_allclose(np.linalg.norm(found["directions"], axis=1), 1.0)
+    np.testing.assert_allclose(
+        found["light"][0], found["irradiances"].sum() * found["colour"] * sh.basis(np.eye(3))[0, 0]
+    )
+
+
 def test_the_layers_that_the_web_knows():
     """Names and marks in `web/packages/core/src/layout.ts`."""
     text = (make.HERE.parents[1] / "web" / "packages" / "core" / "src" / "layout.ts").read_text()

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Makes the golden numbers: what the engine and the web's code must both give, by textbook formulas and plain quadrature.
+"""Makes the golden numbers: what the engine and the web's code must both give, by textbook formulas and plain quadrature; lamps of
+skies, which are a matter of choice, are the engine's own.
 
 cd tests && PYTHONPATH=.. python golden/make.py
 """
@@ -10,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from prt_addon.core.sky.lamps import find_lamps
 from tests.core.references import axis_angle, order2, random_directions, random_rotations, sphere_quadrature
 
 HERE = Path(__file__).resolve().parent
@@ -79,6 +81,39 @@ def sky():
     return {"picture": picture, "light": light}
 
 
+def lamps():
+    """A sky of one colour with five spots of bright texels, the top row first, and the lamps that the engine takes out of it."""
+    height, background, rng = 160, np.array([0.2, 0.3, 0.5]), np.random.default_rng(12)
+    texels = []
+    for row, column, reach, rgb in [
+        (40, 100, 4, (600, 500, 300)),
+        (70, 250, 3, (300, 300, 200)),
+        (43, 110, 1, (200, 150, 90)),
+        (120, 0, 2, (80, 90, 100)),
+        (10, 30, 1, (40, 30, 20)),
+    ]:
+        places = [
+            (row + y, (column + x) % (2 * height)) for y in range(-reach, reach + 1) for x in range(-reach, reach + 1)
+        ]
+        texels += [[*place, *(np.array(rgb) * rng.uniform(0.5, 1.5)).round(3)] for place in places]
+    picture = np.tile(background, (height, 2 * height, 1)).astype(np.float32)
+    for row, column, *rgb in texels:
+        picture[row, column] = rgb
+    found, one = (find_lamps(picture[::-1], most) for most in (4, 1))
+    return {
+        "height": height,
+        "background": background,
+        "texels": texels,
+        "most": 4,
+        "directions": [lamp.direction for lamp in found.lamps],
+        "irradiances": [lamp.irradiance for lamp in found.lamps],
+        "radii": [lamp.radius for lamp in found.lamps],
+        "colour": found.colour,
+        "light": np.multiply.outer(found.light(), found.colour),
+        "one": one.lamps[0].direction,
+    }
+
+
 def radiance():
     """One picture as two .hdr files, without and with run lengths, and its numbers."""
     rng = np.random.default_rng(11)
@@ -126,7 +161,7 @@ def _srgb(value):
     return 12.92 * value if value <= 0.0031308 else 1.055 * value ** (1 / 2.4) - 0.055
 
 
-GOLDEN = {"sphere": sphere, "shading": shading, "sky": sky, "radiance": radiance}
+GOLDEN = {"sphere": sphere, "shading": shading, "sky": sky, "lamps": lamps, "radiance": radiance}
 
 
 def plain(numbers):

@@ -7,6 +7,7 @@ import pytest
 from tests.core.references import axis_angle
 from tests.web.conftest import matte
 from tests.web.pages import ReadPage
+from tests.web.test_page import hdr
 from tests.web.views import HEIGHT, WIDTH, eevee, relative_rms
 
 pytestmark = pytest.mark.once
@@ -67,6 +68,7 @@ def test_pixels_are_eevees(blender, part, stage, sunny, page, browser, tmp_path)
 
 def test_the_page_names_suns_and_what_is_theirs(blender, part, stage, sunny, page, tmp_path):
     """Of the scene's own sky and of others, if lamps are wanted; then all that is baked carries its direct part."""
+    assert ReadPage(page).description["mostSuns"] == 4
     [sky] = ReadPage(page).description["skies"]
     np.testing.assert_allclose(sky["lamps"], part("light").read_lamps(sunny.world), rtol=1e-6)
     [sun] = sky["suns"]
@@ -81,4 +83,25 @@ def test_the_page_names_suns_and_what_is_theirs(blender, part, stage, sunny, pag
     blender.ops.prt.export_web_page(filepath=str(other), still=False, skies={"forest"})
     document, skies = ReadPage(other).document, ReadPage(other).description["skies"]
     assert not any(sky["suns"] or np.any(sky["lamps"]) for sky in skies)
+    assert ReadPage(other).description["mostSuns"] == 0
     assert not any("direct" in mesh["primitives"][0]["extras"]["prt_relight"] for mesh in document["meshes"])
+
+
+def test_a_dropped_sky_gets_its_suns(stage, page, browser):
+    """As Blender would take them out; it casts another shadow than before, and its light holds them."""
+    from prt_addon.core.sky.lamps import find_lamps
+
+    sky = stage.sunny_sky(256)[:, ::-1]
+    [wanted] = find_lamps(sky, 4).lamps
+    steps = [
+        FRAME,
+        {"drop": {"name": "Mirrored.hdr", "data": hdr(sky)}},
+        "prt.skies[prt.sky].suns",
+        "[...prt.skies[prt.sky].lamps]",
+        FRAME,
+    ]
+    before, _, [sun], lamps, after = browser.open(page, steps, WIDTH, HEIGHT)
+    assert np.dot(sun["direction"], wanted.direction) > 0.99999
+    assert np.mean(sun["irradiance"]) == pytest.approx(wanted.irradiance, rel=0.02)
+    assert sun["radius"] == pytest.approx(wanted.radius, rel=0.02) and max(lamps) > 0.1
+    assert relative_rms(after.reshape(-1, 4), before.reshape(-1, 4)) > 0.1

@@ -29,7 +29,7 @@ from ..light.light import has_light
 from ..material.reading import Constant, read_material
 from ..mesh.carrier import transport_mesh
 from ..mesh.layers import is_baked
-from ..sky.projection import lamps_in, sky_picture
+from ..sky.projection import MOST_LAMPS, lamps_in, sky_picture
 from ..sky.sky import read_sky
 from ..sky.studio import studio_skies
 from .gltf import light_of, with_transport
@@ -107,7 +107,8 @@ def export_page(context: bpy.types.Context, path: Path, settings: PageSettings) 
     files: dict[str, bytes] = {}
     studio = (_studio_sky(name, scene.prt.lamps, files) for name in settings.skies)
     skies = [_own_sky(scene, settings.sky_height, files), *studio]
-    vertices = pack_transport(model, suns=any(sky["suns"] for sky in skies))
+    suns = any(sky["suns"] for sky in skies)
+    vertices = pack_transport(model, suns)
     files["prt-model"] = model.written()
     views, view = _views(scene, files)
     description = {
@@ -115,6 +116,7 @@ def export_page(context: bpy.types.Context, path: Path, settings: PageSettings) 
         "camera": _camera(scene, baked),
         "exposure": scene.view_settings.exposure,
         "skies": skies,
+        "mostSuns": MOST_LAMPS[scene.prt.lamps] if suns else 0,
         "views": views,
         "view": view,
     }

@@ -36,7 +36,7 @@ class LightSettings:
     lamps: str = "NONE"
 
 
-_MOST_LAMPS = {"NONE": 0, "ONE": 1, "AUTO": 4, "FOUR": 4, "EIGHT": 8}
+MOST_LAMPS = {"NONE": 0, "ONE": 1, "AUTO": 4, "FOUR": 4, "EIGHT": 8}
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ def projected(sky: Sky, light: Array, by: str, settings: LightSettings, texels: 
 
 
 def _lamps(sky: Sky, settings: LightSettings, texels: SkyTexels | None) -> Lamps:
-    if not _MOST_LAMPS[settings.lamps] or sky.is_uniform:
+    if not MOST_LAMPS[settings.lamps] or sky.is_uniform:
         return Lamps()
     picture = texels.pixels if texels and texels.is_equirectangular else sky_picture(sky)
     found = lamps_in(picture, settings.lamps)
@@ -115,7 +115,7 @@ def _lamps(sky: Sky, settings: LightSettings, texels: SkyTexels | None) -> Lamps
 
 def lamps_in(picture: Float32, wanted: str) -> Lamps:
     """The lamps of an equirectangular picture (H, W, 3), as many as `LightSettings.lamps` says."""
-    most = _MOST_LAMPS[wanted]
+    most = MOST_LAMPS[wanted]
     return find_lamps(picture, most, ENOUGH if wanted == "AUTO" else 0.0) if most else Lamps()
 
 

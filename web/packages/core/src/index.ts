@@ -2,6 +2,7 @@
 // The package's public names.
 
 export * from "./harmonics.js";
+export * from "./lamps.js";
 export * from "./layout.js";
 export * from "./matrix.js";
 export * from "./radiance.js";

@@ -46,6 +46,8 @@ export interface Description {
   readonly camera: Camera | null;
   readonly exposure: number;
   readonly skies: readonly SkyEntry[];
+  /** How many suns may be taken out of skies that are opened: 0 where bakes lack their direct part. */
+  readonly mostSuns: number;
   readonly views: readonly ViewEntry[];
   /** Index of the view to begin with. */
   readonly view: number;

@@ -84,7 +84,7 @@ function takeFiles(viewer: Viewer): void {
   const open = async (file: File | undefined) => {
     if (!file) return;
     try {
-      viewer.add(await openedSky(file));
+      viewer.add(await openedSky(file, viewer.mostSuns));
       say("");
     } catch (error) {
       say((error as Error).message);

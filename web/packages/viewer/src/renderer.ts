@@ -81,7 +81,7 @@ export class Renderer {
     return pixels;
   }
 
-  /** Draws what is solid, the sky where nothing is (if its quality is given), and what can be seen through, the farthest first. */
+  /** Draws what is solid, the nearest object first, the sky where nothing is (if its quality is given), and what can be seen through, the farthest first. */
   private drawInto(target: Target, frame: Frame, orbit: Orbit, covered: number, coarse: boolean, sky: Quality | null): void {
     const { gl } = this, aspect = target.width / target.height, clip = orbit.clip(aspect, covered), eye = orbit.position;
     const distance = ({ centre }: Instance) => Math.hypot(...centre.map((value, k) => value - eye[k]!));
@@ -92,7 +92,7 @@ export class Renderer {
     target.begin();
     gl.enable(gl.DEPTH_TEST);
     gl.depthFunc(gl.LEQUAL);
-    this.solid.forEach(draw);
+    [...this.solid].sort((a, b) => distance(a) - distance(b)).forEach(draw); // what is hidden is not shaded
     if (sky) this.backdrop.draw(frame.sky, frame.turn, orbit, aspect, covered, sky.smoothSky);
     [...this.clear].sort((a, b) => distance(b) - distance(a)).forEach(draw);
     gl.disable(gl.BLEND);

@@ -103,11 +103,6 @@ centroid in vec3 factor, summand;
 centroid in float diffuse;
 #endif
 #ifdef SUNNY
-#ifdef SUNNY_COARSELY
-const int SEARCHES = 4, LOOKS = 4;
-#else
-const int SEARCHES = 12, LOOKS = 24;
-#endif
 ${GLSL_SUNS}
 #endif
 

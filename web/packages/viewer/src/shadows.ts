@@ -11,7 +11,7 @@ import { SHADOW_FRAGMENT, SHADOW_VERTEX } from "./shaders.js";
 import type { Sky } from "./sky.js";
 import { MOST_SUNS } from "./sun_shaders.js";
 
-const FINE = 2048, COARSE = 512; // texels of a map, along each side
+const FINE = 2048, COARSE = 1024; // texels of a map, along each side
 
 /** The suns of a sky as it is turned. */
 export interface Suns {

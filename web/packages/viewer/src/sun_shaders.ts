@@ -6,7 +6,7 @@ export const MOST_SUNS = 8;
 
 /**
  * Soft shadows after Fernando 2005, "Percentage-Closer Soft Shadows": the disc of a sun, as wide as it looks from here through what is
- * in the way, is asked in places of a spiral (Vogel 1979), which each pixel turns on.
+ * in the way, is asked in places of a spiral (Vogel 1979), which each pixel turns on. In movements on slow machines they are hard.
  */
 export const GLSL_SUNS = `
 uniform int sunCount;
@@ -14,6 +14,13 @@ uniform vec3 sunDirections[${MOST_SUNS}], sunIrradiances[${MOST_SUNS}];
 uniform float sunRadii[${MOST_SUNS}], sunReach;
 uniform mat4 sunPlaces[${MOST_SUNS}];
 uniform highp sampler2DArray sunMaps;
+
+#ifdef SUNNY_COARSELY
+float sunSeen(vec3 at, vec2 slope, int sun) {
+  return step(at.z, texture(sunMaps, vec3(at.xy, float(sun))).r);
+}
+#else
+const int SEARCHES = 12, LOOKS = 24;
 
 vec2 spiral(int k, int count, float turn) {
   float angle = 2.399963230 * float(k) + turn;
@@ -40,6 +47,7 @@ float sunSeen(vec3 at, vec2 slope, int sun) {
   }
   return seen / float(LOOKS);
 }
+#endif
 
 /** Radiance of a white surface at a place, with a unit normal that looks to the eye. */
 vec3 sunLight(vec3 place, vec3 n) {

@@ -25,6 +25,8 @@ const REST = 200; // milliseconds without a change, after which the scene is dra
 export class Viewer extends EventTarget {
   readonly orbit: Orbit;
   readonly skies: Sky[];
+  /** How many suns may be taken out of skies that are opened. */
+  readonly mostSuns: number;
   private renderer: Renderer | null = null;
   private chosen = 0;
   private skyTurn: SkyTurn = UNTURNED;
@@ -47,6 +49,7 @@ export class Viewer extends EventTarget {
   ) {
     super();
     this.skies = [...skies];
+    this.mostSuns = page.mostSuns;
     this.stops = page.exposure;
     this.through = page.view;
     this.orbit = new Orbit(model, page.camera);
