@@ -97,8 +97,8 @@ def lamps():
         ]
         texels += [[*place, *(np.array(rgb) * rng.uniform(0.5, 1.5)).round(3)] for place in places]
     picture = np.tile(background, (height, 2 * height, 1)).astype(np.float32)
-    for row, column, *rgb in texels:
-        picture[row, column] = rgb
+    for texel in texels:
+        picture[texel[0], texel[1]] = texel[2:]
     found, one = (find_lamps(picture[::-1], most) for most in (4, 1))
     return {
         "height": height,
