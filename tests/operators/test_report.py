@@ -72,9 +72,6 @@ def sunny(stage):
     world.cycles.sampling_method, world.cycles.sample_map_resolution = "MANUAL", 256
 
 
-# --- numbers ----------------------------------------------------------------------------------------------------------
-
-
 def test_all_parts_of_a_soft_fine_scene_are_small(blender, report, room):
     """As baked, sky turned and scaled: nothing is wrong with it, and it says so in words."""
     room(32)
@@ -210,9 +207,6 @@ def test_suns_of_photographs_are_told(blender, scene, stage, report, name):
     assert all(later < 1.1 * earlier for earlier, later in pairwise(losses)) and losses[1] > 0.01
 
 
-# --- pictures ---------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     "build, cells, samples, mode",
     [
@@ -264,9 +258,6 @@ def snapshot(owner):
     """All plain settings of a piece of Blender's data."""
     plain = {"BOOLEAN", "INT", "FLOAT", "STRING", "ENUM"}
     return {p.identifier: repr(getattr(owner, p.identifier)) for p in owner.bl_rna.properties if p.type in plain}
-
-
-# --- what it leaves behind --------------------------------------------------------------------------------------------
 
 
 def test_heat_map_comes_and_goes(blender, part, stage, report, room):
@@ -349,9 +340,6 @@ def test_stale_bakes_are_told(blender, report, room):
     assert len(document["stale"]) == 1 and "other objects changed or moved" in document["stale"][0]
     assert value(document, "total") > 0.015
     assert floor.name in document["stale"][0]
-
-
-# --- refusals ---------------------------------------------------------------------------------------------------------
 
 
 def refusals(blender, scene, part):
