@@ -25,7 +25,7 @@ class PRT_OT_add_shading(WhenIdle, bpy.types.Operator):
         notices = left_out + shading.add_shading(objects)
         relit = shading.relit_materials(objects)
         if not relit:
-            raise choose.nothing(context, notices, "shaded")
+            raise choose.nothing_chosen(context, notices, "shaded")
         for one in counted(notices):
             self.report({one.kind.level}, one.sentence)
         self.report({"INFO"}, f"Added shading to {len(relit)} material{'s' * (len(relit) > 1)}.")

@@ -90,11 +90,11 @@ def objects_to_bake(context: bpy.types.Context) -> list[bpy.types.Object]:
         shown = renderable_objects(context.view_layer)
         chosen = [ob for ob in shown if is_subject(ob) and (ob.data.polygons or ob.modifiers)]
     if not chosen:
-        raise nothing(context, no_meshes(context))
+        raise nothing_chosen(context, no_mesh_notices(context))
     return sorted(chosen, key=lambda ob: ob.name_full)
 
 
-def nothing(context: bpy.types.Context, notices: Iterable[Notice], done: str = "baked") -> MeshError:
+def nothing_chosen(context: bpy.types.Context, notices: Iterable[Notice], done: str = "baked") -> MeshError:
     """Make the error that says why nothing is left to bake."""
     found = counted(notices)
     if not found:
@@ -132,14 +132,14 @@ def check_writable(ob: bpy.types.Object) -> None:
         raise MeshError(notice.sentence)
 
 
-def no_meshes(context: bpy.types.Context) -> list[Notice]:
+def no_mesh_notices(context: bpy.types.Context) -> list[Notice]:
     """A notice on each chosen object that has a surface but is no mesh: all that render, if nothing is selected."""
     chosen = list(context.selected_objects) or renderable_objects(context.view_layer)
     found = [ob.name for ob in chosen if ob.type in SOLID_TYPES]
     return [Notice(_NO_MESH, name) for name in sorted(found)]
 
 
-def strands(context: bpy.types.Context) -> list[Notice]:
+def strand_notices(context: bpy.types.Context) -> list[Notice]:
     """A notice on each rendered object with hair that only renders know how to draw."""
     found = [
         ob.name
@@ -152,7 +152,7 @@ def strands(context: bpy.types.Context) -> list[Notice]:
     return [Notice(_STRANDS, name) for name in sorted(found)]
 
 
-def instances(numbers: Mapping[bpy.types.Object, int]) -> list[Notice]:
+def instance_notices(numbers: Mapping[bpy.types.Object, int]) -> list[Notice]:
     """A notice on each object that shows instances, by their number."""
     return [
         Notice(_INSTANCES, ob.name, {"number": f"{number:,}"})

@@ -20,20 +20,21 @@ from ...core.errors import MeshError
 from ...core.files import digest
 from ...core.layout import Space
 from ...core.notices import Kind, Notice
-from ...core.problem import BakeProblem, BakeSettings
+from ...core.problem import BakeSettings
 from ..blender.rendered import as_rendered
 from ..material.albedo import AlbedoDraft
 from ..material.opacity import OpacityDraft
 from ..material.readers import MaterialReaders
 from ..mesh.carrier import Geometry, is_shared, transport_mesh
 from ..mesh.layers import is_baked, space_of
-from ..mesh.meshes import ObjectReceivers, Surface, own_axes, positions, read_receivers, read_surface, same_topology
+from ..mesh.meshes import ObjectReceivers, Surface, own_axes, read_receivers, read_surface, same_topology
 from ..mesh.record import Evidence, Identity, IdentitySum, mesh_identity, surface_identity
 from ..mesh.strands import strands
 from . import choose
+from .assemble import ReadObject, bake_plan
 from .blocking import blocking_faces, blocks_light
-from .islands import Read, around, fingerprint, group_numbers, island
-from .plan import BakePlan, ObjectToBake
+from .islands import Read
+from .plan import BakePlan
 
 SHADOWED = BakeSettings("SHADOWED")
 _RIGHT_ANGLE = 1e-3  # largest cosine between the axes of an object that counts as unsheared
@@ -158,43 +159,13 @@ def read_bake(
         others = [draft.complete() for _, draft in found.others] if "SCENE" in map(spaces.get, baked) else []
     notices += _left_out(wanted, found)
     if not chosen:
-        raise choose.nothing(context, notices)
+        raise choose.nothing_chosen(context, notices)
     notices += [notice for read in (*chosen.values(), *others) for notice in read.notices]
-    notices += choose.instances(found.instances) + choose.strands(context) + choose.no_meshes(context)
-    staying = {ob: read for ob, read in chosen.items() if spaces[ob] == "SCENE"}
-    everything = IdentitySum.of(read.identity for read in (*staying.values(), *others) if read.blocks)
-    groups = group_numbers([ob in staying for ob in chosen], sum(read.receivers is not None for read in others))
-    return BakePlan(
-        objects=[
-            ObjectToBake(
-                ob.name_full,
-                read.surface,
-                read.receivers,
-                spaces[ob],
-                Evidence(read.identity, baked[ob].matrix, around(everything, read) if ob in staying else IdentitySum()),
-                number,
-                (len(ob.data.vertices), len(ob.data.loops)),
-                positions(ob.data),
-                baked[ob].carried,
-            )
-            for (ob, read), number in zip(chosen.items(), groups, strict=True)
-            if read.receivers
-        ],
-        problem=BakeProblem(
-            islands=[
-                island([*staying.values(), *others], bounces),
-                *(island([read], bounces) for ob, read in chosen.items() if ob not in staying),
-            ],
-            settings=settings,
-            fingerprint=fingerprint(
-                [*((spaces[ob], read) for ob, read in chosen.items()), *(("SCENE", read) for read in others)],
-                everything,
-            ),
-        ),
-        notices=notices,
-        radii=[(ob.name_full, _radius(read)) for ob, read in staying.items()]
-        + [("", _radius(read)) for read in others],
+    notices += (
+        choose.instance_notices(found.instances) + choose.strand_notices(context) + choose.no_mesh_notices(context)
     )
+    objects = [ReadObject(ob, read, spaces[ob], baked[ob].matrix, baked[ob].carried) for ob, read in chosen.items()]
+    return bake_plan(objects, others, settings, notices)
 
 
 def survey(
@@ -372,8 +343,3 @@ def _left_out(wanted: Sequence[bpy.types.Object], found: _Found) -> list[Notice]
         if kind:
             notices.append(Notice(kind, ob.name))
     return notices
-
-
-def _radius(read: Read) -> float:
-    """Half of the diagonal of its box."""
-    return float(np.linalg.norm(np.ptp(read.surface.vertices, axis=0))) / 2.0 if len(read.surface.vertices) else 0.0
