@@ -203,13 +203,18 @@ def test_hands_on_the_scene(page, browser):
 
 
 def test_movements_of_the_camera_only_draw(page, browser):
-    """The light of vertices is summed and sent to the graphics card when the sky turns or is another, and only then."""
+    """The light of vertices is summed and sent to the graphics card when the sky turns or is another, and only then: of each mesh
+    once, and once more for its coarse stand-in while it moves.
+    """
     counted = "(() => { window.sent = 0; const to = WebGL2RenderingContext.prototype, send = to.bufferData;"
     counted += " to.bufferData = function (...all) { window.sent++; send.apply(this, all); }; })()"
     steps = [counted]
     for change in ("prt.orbit.turn(0.1, 0.1)", "prt.exposure = 1", "prt.turn = 0.5", "prt.shading = 'unshadowed'"):
-        steps += [f"(() => {{ window.sent = 0; {change}; prt.draw(); }})()", "window.sent"]
-    assert browser.open(page, steps)[2::2] == [0, 0, 3, 3]
+        steps += [f"(() => {{ window.sent = 0; {change}; prt.draw(); return window.sent; }})()", RESTED, "window.sent"]
+    _, *found = browser.open(page, steps)
+    at_once, at_rest = found[::3], found[2::3]
+    assert at_once == [0, 0, 3, 3]
+    assert at_rest[:2] == [0, 0] and all(count in {3, 6} for count in at_rest[2:])
 
 
 def test_what_rests_is_drawn_finely(page, browser):
