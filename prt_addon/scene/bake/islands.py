@@ -13,8 +13,7 @@ from ...core.files import digest
 from ...core.notices import Notice
 from ...core.problem import Island, Occluders
 from ...core.surface import Albedo, Opacity, Pattern
-from ..material.albedo import SurfaceAlbedo
-from ..material.opacity import SurfaceOpacity
+from ..material.patterns import SurfaceValues
 from ..mesh.meshes import ObjectReceivers, Surface
 from ..mesh.record import Identity, IdentitySum
 
@@ -27,8 +26,8 @@ class Read:
     identity: Identity
     blocks: bool
     receivers: ObjectReceivers | None
-    albedo: SurfaceAlbedo | None
-    opacity: SurfaceOpacity | None = None
+    albedo: SurfaceValues | None
+    opacity: SurfaceValues | None = None
 
     @property
     def notices(self) -> list[Notice]:
@@ -114,9 +113,7 @@ def _joined_opacity(read: Sequence[Read]) -> Opacity | None:
     return Opacity(np.concatenate(constants), _joined_patterns(read, [one.opacity for one in read]))
 
 
-def _joined_patterns(
-    read: Sequence[Read], found: Sequence[SurfaceAlbedo | SurfaceOpacity | None]
-) -> tuple[Pattern, ...]:
+def _joined_patterns(read: Sequence[Read], found: Sequence[SurfaceValues | None]) -> tuple[Pattern, ...]:
     """The patterns that were found of each surface, over the triangles of all."""
     first_triangle = _starts(len(one.surface.triangles) for one in read)
     return tuple(

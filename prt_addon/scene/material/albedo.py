@@ -18,32 +18,17 @@ import numpy.typing as npt
 
 from ...core.files import digest
 from ...core.notices import Kind, Notice
-from ...core.surface import Pattern
 from ..blender.nodes import has_loop
 from ..mesh.meshes import Surface
 from .cycles_colour import ColourRequest, CyclesRequest, CyclesRequests, Unread
 from .lost_pictures import why_not_shown
-from .patterns import Followed, NotFollowed, PatternReader
+from .patterns import Followed, NotFollowed, PatternReader, SurfaceValues
 from .reading import BLACK, RGB, Colour, Constant, read_material
 
 Float32 = npt.NDArray[np.float32]
 
 DEFAULT_COLOUR = (0.8, 0.8, 0.8)
 """Of surfaces without a material, as Blender shows them."""
-
-
-@dataclass(frozen=True)
-class SurfaceAlbedo:
-    """Albedo of one object's triangles: constants (T, 3), patterns over some of them, and what could not be read.
-
-    notices: each with the name of its material.
-    identity: digest of all that light takes on.
-    """
-
-    constant: Float32
-    patterns: list[Pattern]
-    notices: list[Notice]
-    identity: bytes
 
 
 _EVALUATED = Kind(
@@ -163,7 +148,7 @@ class AlbedoDraft:
     shown: set[int] = field(default_factory=set)
     request: CyclesRequest | None = None
 
-    def complete(self) -> SurfaceAlbedo:
+    def complete(self) -> SurfaceValues:
         """Have Cycles evaluate the rest. To be called once nothing renders any more."""
         colours = self.request.answer() if self.request else None
         notices = []
@@ -174,7 +159,7 @@ class AlbedoDraft:
             if colours is not None and evaluated:
                 triangles = np.flatnonzero(self.surface.material == index)
                 self.patterns.append(Followed.at_corners(triangles, colours[self.surface.corners[triangles]]))
-        return SurfaceAlbedo(self.constant, [one.pattern for one in self.patterns], notices, digest(*self._sources()))
+        return SurfaceValues(self.constant, [one.pattern for one in self.patterns], notices, digest(*self._sources()))
 
     def _sources(self) -> Iterator[bytes | npt.NDArray[Any]]:
         """All that light takes on."""

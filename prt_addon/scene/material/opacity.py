@@ -15,14 +15,14 @@ import numpy.typing as npt
 
 from ...core.files import digest
 from ...core.notices import Kind, Notice
-from ...core.surface import Pattern, TexturePatch
+from ...core.surface import TexturePatch
 from ..blender.nodes import has_loop
 from ..mesh.meshes import Surface
 from .albedo import used_materials
 from .cycles_colour import CyclesRequest, CyclesRequests, Unread
 from .cycles_texels import FacePicture, TexelRequest
 from .lost_pictures import why_not_shown
-from .patterns import Followed, NotFollowed, PatternReader
+from .patterns import Followed, NotFollowed, PatternReader, SurfaceValues
 from .reading import BLACK, Colour, Constant, Mixed, Source, read_material
 
 Float32 = npt.NDArray[np.float32]
@@ -34,20 +34,6 @@ _OPAQUE = Kind(
     "Material {name} lets light through, but by nodes that cannot be evaluated ({why}): the bake takes its faces as opaque.",
     "{count} materials let light through by nodes that cannot be evaluated: the bake takes their faces as opaque ({names}).",
 )
-
-
-@dataclass(frozen=True)
-class SurfaceOpacity:
-    """Opacity of one object's triangles: constants (T, 1), patterns over some of them, and what could not be evaluated.
-
-    notices: each with the name of its material.
-    identity: digest of all that lets light through.
-    """
-
-    constant: Float32
-    patterns: list[Pattern]
-    notices: list[Notice]
-    identity: bytes
 
 
 class OpacityReader:
@@ -136,7 +122,7 @@ class OpacityDraft:
     notices: list[Notice] = field(default_factory=list)
     request: CyclesRequest | None = None
 
-    def complete(self) -> SurfaceOpacity:
+    def complete(self) -> SurfaceValues:
         """Have Cycles evaluate the rest. To be called once nothing renders any more."""
         picture: FacePicture | None = self.request.answer() if self.request else None
         for index, one in self.unread.items():
@@ -145,7 +131,7 @@ class OpacityDraft:
             else:
                 self.patterns.append(self._pictured(np.flatnonzero(self.surface.material == index), picture))
         sources = [source for one in self.patterns for source in one.sources]
-        return SurfaceOpacity(
+        return SurfaceValues(
             self.constant, [one.pattern for one in self.patterns], self.notices, digest(self.constant, *sources)
         )
 

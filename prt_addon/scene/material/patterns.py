@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from ...core.errors import PictureError
 from ...core.files import digest
+from ...core.notices import Notice
 from ...core.surface import CornerColours, Interpolation, Pattern, TexturePatch
 from ..blender.images import alpha_pixels, linear_pixels
 from ..blender.light_path import DIFFUSE_RAY
@@ -66,6 +67,22 @@ class Followed:
         if isinstance(pattern, TexturePatch):
             return Followed(replace(pattern, image=change(pattern.image)), [*self.sources, name.encode()])
         return Followed(replace(pattern, colours=change(pattern.colours)), [*self.sources, name.encode()])
+
+
+@dataclass(frozen=True)
+class SurfaceValues:
+    """What was read of one object's triangles: its albedo, or its opacity.
+
+    constant: (T, C), one value a triangle.
+    patterns: over some of them.
+    notices: on what could not be followed, each with the name of its material.
+    identity: digest of all of it.
+    """
+
+    constant: Float32
+    patterns: list[Pattern]
+    notices: list[Notice]
+    identity: bytes
 
 
 class PatternReader:
