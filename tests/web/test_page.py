@@ -208,7 +208,7 @@ def test_movements_of_the_camera_only_draw(page, browser):
     """
     counted = "(() => { window.sent = 0; const to = WebGL2RenderingContext.prototype, send = to.bufferData;"
     counted += " to.bufferData = function (...all) { window.sent++; send.apply(this, all); }; })()"
-    steps = [counted]
+    steps: list[object] = [counted]
     for change in ("prt.orbit.turn(0.1, 0.1)", "prt.exposure = 1", "prt.turn = 0.5", "prt.shading = 'unshadowed'"):
         steps += [f"(() => {{ window.sent = 0; {change}; prt.draw(); return window.sent; }})()", RESTED, "window.sent"]
     _, *found = browser.open(page, steps)
