@@ -15,6 +15,15 @@ def browser():
     return found
 
 
+def look_from(blender, scene, place, turn):
+    """A camera there, and frames of the tests' size."""
+    camera = blender.data.objects.new("Camera", blender.data.cameras.new("Camera"))
+    camera.location, camera.rotation_euler = place, turn
+    scene.collection.objects.link(camera)
+    scene.camera = camera
+    scene.render.resolution_x, scene.render.resolution_y = WIDTH, HEIGHT
+
+
 def matte(blender, stage, name, colour):
     """A Principled BSDF without gloss: what glTF knows."""
     material = blender.data.materials.new(name)
@@ -54,11 +63,7 @@ def scene_of_all(blender, scene, stage):
     box = stage.object_of("Box", stage.cube(0.8), matte(blender, stage, "Other", (0.3, 0.6, 0.5)), (1.6, -0.9, 0.8))
     box.rotation_euler, box.scale = (0.4, 0.3, 0.8), (1.0, 0.7, 1.4)
     box.prt.space = "OBJECT"
-    camera = blender.data.objects.new("Camera", blender.data.cameras.new("Camera"))
-    camera.location, camera.rotation_euler = (4.0, -7.0, 4.2), (1.05, 0.0, 0.52)
-    scene.collection.objects.link(camera)
-    scene.camera = camera
-    scene.render.resolution_x, scene.render.resolution_y = WIDTH, HEIGHT
+    look_from(blender, scene, (4.0, -7.0, 4.2), (1.05, 0.0, 0.52))
     blender.ops.prt.bake(mode="INTERREFLECTED", samples=64, lamps="NONE")
     assert ball.data.attributes.get("_PRT_0")
     return scene
@@ -80,11 +85,7 @@ def glossy_scene(blender, scene, stage):
         if name == "Dented":
             lay_out(ball.data)
     stage.object_of("Floor", stage.grid(60, 5.0), materials["Floor"])
-    camera = blender.data.objects.new("Camera", blender.data.cameras.new("Camera"))
-    camera.location, camera.rotation_euler = (1.0, -11.0, 3.6), (1.32, 0.0, 0.09)
-    scene.collection.objects.link(camera)
-    scene.camera = camera
-    scene.render.resolution_x, scene.render.resolution_y = WIDTH, HEIGHT
+    look_from(blender, scene, (1.0, -11.0, 3.6), (1.32, 0.0, 0.09))
     blender.ops.prt.bake(mode="INTERREFLECTED", samples=64, lamps="NONE")
     return scene
 

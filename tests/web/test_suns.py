@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from tests.core.references import axis_angle
-from tests.web.conftest import matte
+from tests.web.conftest import look_from, matte
 from tests.web.pages import ReadPage
 from tests.web.test_page import hdr
 from tests.web.views import HEIGHT, WIDTH, eevee, relative_rms
@@ -24,11 +24,7 @@ def sunny(blender, scene, stage):
     stage.object_of("Floor", stage.grid(60, 3.0), matte(blender, stage, "Ground", (0.6, 0.7, 0.6)))
     box = stage.object_of("Box", stage.cube(0.8), matte(blender, stage, "Other", (0.3, 0.6, 0.5)), (1.2, -0.6, 0.8))
     box.rotation_euler, box.scale, box.prt.space = (0.4, 0.3, 0.8), (1.0, 0.7, 1.4), "OBJECT"
-    camera = blender.data.objects.new("Camera", blender.data.cameras.new("Camera"))
-    camera.location, camera.rotation_euler = (4.0, -7.0, 4.2), (1.05, 0.0, 0.52)
-    scene.collection.objects.link(camera)
-    scene.camera = camera
-    scene.render.resolution_x, scene.render.resolution_y = WIDTH, HEIGHT
+    look_from(blender, scene, (4.0, -7.0, 4.2), (1.05, 0.0, 0.52))
     blender.ops.prt.bake(mode="INTERREFLECTED", samples=64, lamps="ONE")
     return scene
 

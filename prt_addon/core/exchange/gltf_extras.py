@@ -74,7 +74,7 @@ def written(layout: int, axes: Array, light: SceneLight | None) -> dict[str, Any
 
 
 def read(extras: Any, layout: int) -> SceneLight | None:
-    """The light that extras tell of, None if they tell of none.
+    """The light that extras hold, None if they hold none.
 
     Args:
         extras: what a file has under `EXTRAS`, whatever that is.

@@ -25,7 +25,7 @@ def sky_of(light: npt.NDArray[np.float64], lamps: Lamps, height: int) -> Float32
     Returns:
         (height, 2 * height, 3) radiance, row 0 at the bottom, from 0; its own light is the given one.
     """
-    rest = light - np.multiply.outer(lamps.light(), lamps.colour)
+    rest = light - lamps.coloured_light()
     picture = np.maximum(light_picture(rest, height), 0.0)
     directions = texel_directions(height)
     angles = np.repeat(solid_angles(height, 2 * height)[:, None], 2 * height, axis=1)

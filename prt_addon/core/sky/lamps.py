@@ -71,6 +71,10 @@ class Lamps:
         parts = [lamp.irradiance * _disc(lamp, order) for lamp in self.lamps]
         return np.sum(parts, axis=0) if parts else np.zeros(sh.coefficient_count(order))
 
+    def coloured_light(self) -> Array:
+        """(9, 3) the SH light of the lamps."""
+        return np.multiply.outer(self.light(), self.colour)
+
 
 def find_lamps(picture: Float32, most: int, enough: float = 0.0) -> Lamps:
     """Take lamps out of a sky, the brightest first.

@@ -54,10 +54,10 @@ class glTF2ImportUserExtension:
             return
         try:
             if self._light:
-                _tell(gltf, light_with(scene, self._light, _name(gltf)))
+                _inform(gltf, light_with(scene, self._light, _name(gltf)))
             objects = [ob for ob in bpy.data.objects if ob.type == "MESH" and ob.data in self._meshes]
             for one in counted(add_shading(objects, anew=False)):
-                (_warn if one.kind.level == "WARNING" else _tell)(gltf, one.sentence)
+                (_warn if one.kind.level == "WARNING" else _inform)(gltf, one.sentence)
         except PRTError as error:
             _warn(gltf, str(error))
 
@@ -81,5 +81,5 @@ def _warn(gltf: Any, sentence: str) -> None:
     gltf.log.warning(f"PRT Relight: {sentence}", popup=True)
 
 
-def _tell(gltf: Any, sentence: str) -> None:
+def _inform(gltf: Any, sentence: str) -> None:
     gltf.log.info(f"PRT Relight: {sentence}", popup=True)

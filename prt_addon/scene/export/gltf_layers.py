@@ -75,7 +75,7 @@ def _added(gltf: Any, like: int, values: npt.NDArray[np.float32]) -> int:
 
 
 def take_over(mesh: bpy.types.Mesh) -> bool:
-    """Make a mesh that was imported a baked one, if it has layers; True then. Nothing tells what its bake depended on."""
+    """Make a mesh that was imported a baked one, if it has layers; True then. What its bake depended on is unknown."""
     if not is_baked(mesh) or any(mesh.attributes[name].data_type != "FLOAT_COLOR" for name in LAYERS):
         return False
     marks = layer_array(mesh, LAYERS[0], "color", 4)[:, 3]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The light that a glTF file tells of, as the world of a scene: it turns and dims as the world that was exported."""
+"""Makes the light that a glTF file holds the world of a scene: it turns and dims as the world that was exported."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ..sky.sky import read_sky
 
 _HEIGHT = 256
 _SMALLEST = 0.05
-"""Share of a band that a window leaves, below which nothing can be told of what was there before."""
+"""Share of a band that a window leaves, below which what was there before is lost."""
 
 
 def light_with(scene: bpy.types.Scene, found: SceneLight, name: str) -> str:
@@ -50,11 +50,11 @@ def light_with(scene: bpy.types.Scene, found: SceneLight, name: str) -> str:
 
 
 def _window(found: SceneLight) -> npt.NDArray[np.float64]:
-    """(3,) what a window has left of each band, told by the lamps; 1 where there are none."""
+    """(3,) what a window has left of each band, found by the lamps; 1 where there are none."""
     factors = np.ones(sh.ORDER + 1)
     if not found.suns.lamps:
         return factors
-    wanted = np.multiply.outer(found.suns.light(), found.suns.colour)
+    wanted = found.suns.coloured_light()
     for band in range(sh.ORDER + 1):
         own, there = (part[sh.band_slice(band)].ravel() for part in (wanted, found.lamps))
         if own @ own > 0.0:

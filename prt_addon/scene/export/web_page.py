@@ -167,8 +167,7 @@ def _studio_sky(name: str, wanted: str, files: dict[str, bytes]) -> dict[str, An
     finally:
         bpy.data.images.remove(image)
     lamps = lamps_in(pixels, wanted)
-    part = np.multiply.outer(lamps.light(), lamps.colour)
-    light = SceneLight(project_equirect(pixels, interpolated=True), part, lamps, np.eye(3), 1.0)
+    light = SceneLight(project_equirect(pixels, interpolated=True), lamps.coloured_light(), lamps, np.eye(3), 1.0)
     return _sky(name.title(), light, resized(pixels, _OTHER_SKIES_HEIGHT), files)
 
 

@@ -116,8 +116,7 @@ def drive_gloss(lamp: bpy.types.Light, path: str, world: bpy.types.World, scene:
 
 
 def _scripted(block: bpy.types.ID, path: str, index: int = -1) -> bpy.types.Driver:
-    """A new driver of a property, or of one of its numbers, in place of the one that was there."""
-    block.driver_remove(path, index)
+    """A new driver of a property, or of one of its numbers."""
     driver: bpy.types.Driver = block.driver_add(path, index).driver
     driver.type = "SCRIPTED"
     return driver

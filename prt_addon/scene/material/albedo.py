@@ -8,22 +8,19 @@ colour stands in, which is said, too.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Any
 
 import bpy
 import numpy as np
 import numpy.typing as npt
 
-from ...core.files import digest
 from ...core.notices import Kind, Notice
 from ..blender.nodes import has_loop
 from ..mesh.meshes import Surface
 from .cycles_colour import ColourRequest, CyclesRequest, CyclesRequests, Unread
 from .lost_pictures import why_not_shown
 from .patterns import Followed, NotFollowed, PatternReader, SurfaceValues
-from .reading import BLACK, RGB, Colour, Constant, read_material
+from .reading import BLACK, RGB, Colour, Constant
 
 Float32 = npt.NDArray[np.float32]
 
@@ -54,9 +51,9 @@ class AlbedoReader:
     reader after that.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, patterns: PatternReader) -> None:
         self._requests = CyclesRequests(ColourRequest)
-        self._patterns = PatternReader()
+        self._patterns = patterns
 
     def close(self) -> None:
         """Remove what the requests left in the file."""
@@ -91,7 +88,7 @@ class AlbedoReader:
         triangles = np.flatnonzero(draft.surface.material == index)
         corners = draft.surface.corners[triangles]
         try:
-            found = self._material_albedo(material, mesh, corners, triangles, draft)
+            found = self._material_albedo(material, mesh, corners, triangles)
         except NotFollowed as reason:
             lost = why_not_shown(material, reason.colour)
             draft.unread[index] = _Unfollowed(material, lost or str(reason), reason.colour, not lost)
@@ -107,10 +104,9 @@ class AlbedoReader:
         mesh: bpy.types.Mesh,
         corners: npt.NDArray[np.int32],
         triangles: npt.NDArray[np.int64],
-        draft: AlbedoDraft,
     ) -> RGB | Followed:
         """One colour, or a pattern over the triangles."""
-        reading = read_material(material, "CYCLES")
+        reading = self._patterns.reading(material)
         colour = reading.colour
         if colour is None and not reading.why_not:
             return BLACK.rgb
@@ -159,13 +155,7 @@ class AlbedoDraft:
             if colours is not None and evaluated:
                 triangles = np.flatnonzero(self.surface.material == index)
                 self.patterns.append(Followed.at_corners(triangles, colours[self.surface.corners[triangles]]))
-        return SurfaceValues(self.constant, [one.pattern for one in self.patterns], notices, digest(*self._sources()))
-
-    def _sources(self) -> Iterator[bytes | npt.NDArray[Any]]:
-        """All that light takes on."""
-        yield self.constant
-        for pattern in self.patterns:
-            yield from pattern.sources
+        return SurfaceValues.of(self.constant, self.patterns, notices)
 
 
 def used_materials(
@@ -179,5 +169,5 @@ def used_materials(
     materials = slots + list(mesh.materials)[len(slots) :]
     if not materials:
         return {}
-    used = {int(index): materials[min(max(index, 0), len(materials) - 1)] for index in np.unique(surface.material)}
+    used = {index: materials[min(max(index, 0), len(materials) - 1)] for index in surface.slots}
     return {index: material and material.original for index, material in used.items()}

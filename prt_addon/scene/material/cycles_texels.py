@@ -64,7 +64,7 @@ class TexelRequest(CyclesRequest):
             bpy.ops.object.bake(
                 type="DIFFUSE", pass_filter={"COLOR"}, target="IMAGE_TEXTURES", uv_layer=layer.name, margin=2
             )
-            return FacePicture(uv, linear_pixels(image).copy())
+            return FacePicture(uv, linear_pixels(image))
         finally:
             bpy.data.materials.remove(others)
             bpy.data.images.remove(image)

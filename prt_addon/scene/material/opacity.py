@@ -13,7 +13,6 @@ import bpy
 import numpy as np
 import numpy.typing as npt
 
-from ...core.files import digest
 from ...core.notices import Kind, Notice
 from ...core.surface import TexturePatch
 from ..blender.nodes import has_loop
@@ -23,7 +22,7 @@ from .cycles_colour import CyclesRequest, CyclesRequests, Unread
 from .cycles_texels import FacePicture, TexelRequest
 from .lost_pictures import why_not_shown
 from .patterns import Followed, NotFollowed, PatternReader, SurfaceValues
-from .reading import BLACK, Colour, Constant, Mixed, Source, read_material
+from .reading import Colour, Constant, Mixed, Source
 
 Float32 = npt.NDArray[np.float32]
 
@@ -39,9 +38,9 @@ _OPAQUE = Kind(
 class OpacityReader:
     """Reads the opacity of one state of the scene. As with the `AlbedoReader`, what other nodes make waits for Cycles."""
 
-    def __init__(self) -> None:
+    def __init__(self, patterns: PatternReader) -> None:
         self._requests = CyclesRequests(TexelRequest)
-        self._patterns = PatternReader()
+        self._patterns = patterns
 
     def close(self) -> None:
         """Remove what the requests left in the file."""
@@ -58,7 +57,7 @@ class OpacityReader:
             matrix: (4, 4) where it stands; an instance's object does not know.
         """
         materials = {index: one for index, one in used_materials(ob, mesh, surface).items() if one}
-        through = {index: read_material(one, "CYCLES").through for index, one in materials.items()}
+        through = {index: self._patterns.reading(one).through for index, one in materials.items()}
         through = {index: colour for index, colour in through.items() if _number(colour) != 0.0}
         if not through:
             return None
@@ -130,10 +129,7 @@ class OpacityDraft:
                 self.notices.append(_opaque(one.material, "Cycles is off, or cannot bake now"))
             else:
                 self.patterns.append(self._pictured(np.flatnonzero(self.surface.material == index), picture))
-        sources = [source for one in self.patterns for source in one.sources]
-        return SurfaceValues(
-            self.constant, [one.pattern for one in self.patterns], self.notices, digest(self.constant, *sources)
-        )
+        return SurfaceValues.of(self.constant, self.patterns, self.notices)
 
     def _pictured(self, triangles: npt.NDArray[np.int64], picture: FacePicture) -> Followed:
         """The opacity of some triangles, in a picture of what lets light through."""
@@ -145,8 +141,6 @@ class OpacityDraft:
 
 def _number(through: Colour) -> float | None:
     """The share of the light that a constant lets through, 0 to 1; None of what is none."""
-    if through == BLACK:
-        return 0.0
     if not isinstance(through, Constant):
         return None
     return min(max(float(np.dot(through.rgb, _LUMINANCE)), 0.0), 1.0)

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -19,7 +19,7 @@ from ..blender.images import alpha_pixels, linear_pixels
 from ..blender.light_path import DIFFUSE_RAY
 from ..blender.nodes import feeding_socket, is_remapped, mapping_matrix
 from ..mesh.meshes import corner_vertices, layer_array
-from .reading import RGB, Colour, Inside, Source
+from .reading import RGB, Colour, Inside, MaterialReading, Source, read_material
 
 Float32 = npt.NDArray[np.float32]
 Sources = list[bytes | npt.NDArray[Any]]
@@ -84,12 +84,29 @@ class SurfaceValues:
     notices: list[Notice]
     identity: bytes
 
+    @classmethod
+    def of(cls, constant: Float32, followed: Sequence[Followed], notices: list[Notice]) -> SurfaceValues:
+        """With the digest of the constants and of all that the patterns depend on."""
+        sources = [source for one in followed for source in one.sources]
+        return cls(constant, [one.pattern for one in followed], notices, digest(constant, *sources))
+
 
 class PatternReader:
-    """Follows outputs of nodes in one state of the scene: each texture is decoded once, however many objects show it."""
+    """Reads materials and follows outputs of their nodes in one state of the scene.
+
+    Each material is read and each texture decoded once, however many objects show it.
+    """
 
     def __init__(self) -> None:
+        self._readings: dict[str, MaterialReading] = {}
         self._textures: dict[tuple[str, str], tuple[Float32, bytes]] = {}
+
+    def reading(self, material: bpy.types.Material) -> MaterialReading:
+        """How a material looks to Cycles."""
+        name = material.name_full
+        if name not in self._readings:
+            self._readings[name] = read_material(material, "CYCLES")
+        return self._readings[name]
 
     def follow(
         self,

@@ -5,13 +5,15 @@ from __future__ import annotations
 
 from .albedo import AlbedoReader
 from .opacity import OpacityReader
+from .patterns import PatternReader
 
 
 class MaterialReaders:
     """Both readers. They leave nothing in the file once they are closed."""
 
     def __init__(self) -> None:
-        self.albedo, self.opacity = AlbedoReader(), OpacityReader()
+        patterns = PatternReader()
+        self.albedo, self.opacity = AlbedoReader(patterns), OpacityReader(patterns)
 
     def __enter__(self) -> MaterialReaders:
         return self

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, Literal
 
 import bpy
@@ -42,6 +43,11 @@ class Surface:
     corners: Int32
     material: Int32
     one_sided: npt.NDArray[np.bool_]
+
+    @cached_property
+    def slots(self) -> list[int]:
+        """The material slots that its triangles have."""
+        return [int(index) for index in np.unique(self.material)]
 
     def with_sides(self, one_sided: Iterable[int]) -> Surface:
         """The same surface, with light passing through the backs of some material slots."""
