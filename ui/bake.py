@@ -61,6 +61,7 @@ class PRT_PT_settings(Tab, bpy.types.Panel):
             column.separator()
             column.label(text=ob.name, icon="OBJECT_DATA")
             column.prop(ob.prt, "space")
+            column.prop(ob.prt, "sides")
 
 
 class PRT_PT_advanced(Tab, bpy.types.Panel):

@@ -59,7 +59,9 @@ class PRT_PT_object(Section, bpy.types.Panel):
         return context.object is not None and context.object.type == "MESH"
 
     def draw(self, context: bpy.types.Context) -> None:
-        settings_column(self.layout).prop(context.object.prt, "space")
+        column = settings_column(self.layout)
+        column.prop(context.object.prt, "space")
+        column.prop(context.object.prt, "sides")
         draw_freshness(context, self.layout.column(align=True), freshness.glance(context, context.object))
 
 

@@ -133,6 +133,7 @@ class Occluders:
         albedo: of the triangles; white if None.
         one_sided: (T,) whether light passes through the back of a triangle; through none if None.
         opacity: which share of the light a triangle stops; all if None.
+        back_receiver: (T, 3) as `corner_receiver`, of the triangles' backs; None if no back returns light.
     """
 
     vertices: Float64
@@ -141,13 +142,22 @@ class Occluders:
     albedo: Albedo | None = None
     one_sided: npt.NDArray[np.bool_] | None = None
     opacity: Opacity | None = None
+    back_receiver: npt.NDArray[np.int64] | None = None
 
     @property
     def receiver_at_corners(self) -> npt.NDArray[np.int64]:
-        """(T, 3) as `corner_receiver`, -1 where there is none."""
+        """(T, 3) as `corner_receiver`, -1 where there is none; (2 T, 3) with those of the backs after all fronts, if there are any."""
         if self.corner_receiver is None:
             return np.full(self.triangles.shape, -1, dtype=np.int64)
-        return self.corner_receiver
+        if self.back_receiver is None:
+            return self.corner_receiver
+        return np.concatenate([self.corner_receiver, self.back_receiver])
+
+    @property
+    def albedo_of_sides(self) -> Albedo:
+        """The albedo of the same T or 2 T sides: a back has its front's."""
+        albedo = self.albedo or Albedo(np.ones_like(self.triangles, dtype=np.float32))
+        return albedo if self.back_receiver is None else albedo.of_both_sides()
 
 
 @dataclass(frozen=True)
@@ -202,6 +212,7 @@ class Island:
         names = repr([(group.name, group.radius) for group in self.groups]).encode()
         parts: list[npt.NDArray[Any] | None] = [occluders.vertices, occluders.triangles, occluders.corner_receiver]
         parts.append(occluders.one_sided)
+        parts += [] if occluders.back_receiver is None else [occluders.back_receiver]
         parts += occluders.opacity.arrays() if occluders.opacity else []
         for group in self.groups:
             parts += [group.points, group.normals, group.edges, group.faces, group.horizons]

@@ -7,7 +7,7 @@ per triangle, because a floor of two triangles may carry a whole picture.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Literal
 
@@ -191,6 +191,11 @@ class Albedo(Patterned):
     def is_grey(self) -> bool:
         """Whether all three channels are equal everywhere, so that one of them says it all."""
         return _is_grey(self.constants) and all(pattern.is_grey for pattern in self.patterns)
+
+    def of_both_sides(self) -> Albedo:
+        """The same on 2 T sides: all fronts, then all backs."""
+        backs = [replace(one, triangles=one.triangles + len(self.constant)) for one in self.patterns]
+        return Albedo(np.concatenate([self.constant, self.constant]), (*self.patterns, *backs))
 
 
 @dataclass(frozen=True)

@@ -33,6 +33,16 @@ SPACES = [
     ),
 ]
 
+SIDES = [
+    (
+        "AUTO",
+        "Automatic",
+        "Both where the mesh is open, as leaves, cards and curtains are; fronts alone where it is closed",
+    ),
+    ("FRONTS", "Fronts", "Backs show the light of the fronts, and return none"),
+    ("BOTH", "Both", "Also where the mesh is closed, as a room is that is seen from inside"),
+]
+
 
 class BakeProperties:
     """Mixin of the properties of a bake."""
@@ -256,6 +266,12 @@ class PRT_PG_object(bpy.types.PropertyGroup):
         description="What the next bake of this object takes into account, and whether the object may move afterwards",
         items=SPACES,
         default="SCENE",
+    )
+    sides: EnumProperty(  # type: ignore[valid-type]
+        name="Sides",
+        description="Which sides of its faces receive light and return it. Backs take rays, and three layers, of their own",
+        items=SIDES,
+        default="AUTO",
     )
 
 

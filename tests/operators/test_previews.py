@@ -187,7 +187,7 @@ def test_a_preview_can_be_kept(blender, part, stage, modal):
     assert blender.ops.prt.keep_preview() == {"FINISHED"}
     assert desk.until_it_ends() == {"FINISHED"} and part("session").session.before is None
     kind, told = desk.told[-1]
-    assert kind == "INFO" and told.startswith("Kept the preview of 6 object(s), 735 receivers, ")
+    assert kind == "INFO" and told.startswith("Kept the preview of 6 object(s), 816 receivers, ")
     assert told.endswith(f" of {LONG} rays.")
     assert all(f"of {LONG} rays" in text for text in glances(blender, part))
     assert part("light").has_light(blender.context.scene.world) and blender.ops.prt.bake.poll()

@@ -12,7 +12,6 @@ import numpy.typing as npt
 from ..monitor import Work
 from ..notices import Notice
 from ..problem import BakeProblem, BakeSettings, Island, Occluders
-from ..surface import Albedo
 from ..transport.bounces import interreflected
 from ..transport.direct import unshadowed
 from ..transport.inside import MendedGather
@@ -123,7 +122,7 @@ def bounce(traced: Traced, occluders: Occluders, settings: BakeSettings, run: Ru
     Returns:
         (N, 9, 3) float32 per group, RGB.
     """
-    albedo = occluders.albedo or Albedo(np.ones_like(occluders.triangles, dtype=np.float32))
+    albedo = occluders.albedo_of_sides
     receivers = sum(traced.sizes)
     gather = MendedGather(traced.mend, traced.hits, albedo, occluders.receiver_at_corners, run.workers, receivers)
     transport = interreflected(traced.direct, gather, settings.bounces, settings.tolerance)

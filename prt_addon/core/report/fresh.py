@@ -42,12 +42,11 @@ def fresh_transport(
     settings, scenery = subject.settings, subject.scenery
     if not subject.casts_rays:
         return unshadowed(receivers.normals)[:, :, None]
-    albedo = scenery.occluders.albedo
-    if not settings.bounces_light or albedo is None:
+    if not settings.bounces_light or scenery.occluders.albedo is None:
         return shadowed(scenery.scene, receivers, samples, seed, workers)[:, :, None]
     corner = scenery.corner_receiver
     direct, hits = trace(scenery.scene, receivers, samples, seed, (corner >= 0).any(axis=1), workers)
-    gather = Gather(hits, albedo, corner, workers)
+    gather = Gather(hits, scenery.occluders.albedo_of_sides, corner, workers)
     light = _bounced_from(scenery, settings, hits, workers).transpose(0, 2, 1)[:, : gather.channels]
     return (direct[:, None, :] + gather(np.ascontiguousarray(light))).transpose(0, 2, 1)
 

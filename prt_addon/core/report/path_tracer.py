@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Traces paths to the sky in full resolution, without spherical harmonics: the light that really arrives.
 
-The question is the bake's own: white Lambertian receivers, shading normals, fronts that return light by their
+The question is the bake's own: white Lambertian receivers, shading normals, sides that return light by their
 albedo, as many bounces. Each vertex of a path looks for the sky twice, along a direction drawn by the sky's brightness
 and along one drawn by the cosine, and both are weighed by the balance heuristic (Veach & Guibas 1995, "Optimally
 Combining Sampling Techniques for Monte Carlo Rendering", equation 13): suns are found by the first, the broad sky by
@@ -40,10 +40,10 @@ class Bounces:
 
     Attributes:
         count: how often a path may bounce.
-        corners: (T, 3, 3) the triangles' corners in the scene's normalised coordinates.
-        normals: (T, 3, 3) unit shading normals at the corners.
-        returns: (T,) whether the triangle returns light.
-        albedo: of the triangles.
+        corners: (S, 3, 3) the sides' corners in the scene's normalised coordinates: of all fronts, then of all backs if they count.
+        normals: (S, 3, 3) unit shading normals at the corners.
+        returns: (S,) whether the side returns light.
+        albedo: of the sides.
     """
 
     count: int
@@ -171,8 +171,9 @@ def _trace(
             break
         hits = scene.hits(*_rays(paths, onward))
         tally.add(paths, onward, hits.triangle < 0)
-        on = np.flatnonzero((hits.triangle >= 0) & hits.front & bounces.returns[hits.triangle])
-        paths = _bounced(paths.point[on], paths.tint[on], bounces, hits.triangle[on], hits.u[on], hits.v[on])
+        side = hits.sides(scene.triangles, both=len(bounces.returns) > scene.triangles)
+        on = np.flatnonzero((side >= 0) & bounces.returns[side])
+        paths = _bounced(paths.point[on], paths.tint[on], bounces, side[on], hits.u[on], hits.v[on])
         uniform = rng.random((len(on), 4))
         left -= 1
     return rays
@@ -182,19 +183,19 @@ def _bounced(
     point: Int64,
     tint: Float64,
     bounces: Bounces,
-    triangle: npt.NDArray[np.int32],
+    side: npt.NDArray[np.int32],
     u: npt.NDArray[np.float32],
     v: npt.NDArray[np.float32],
 ) -> _Paths:
     """Paths that go on from where rays hit."""
     weights = np.stack([1.0 - u - v, u, v], axis=-1).astype(np.float64)
-    position = np.einsum("ik,ikc->ic", weights, bounces.corners[triangle])
-    normal = np.einsum("ik,ikc->ic", weights, bounces.normals[triangle])
+    position = np.einsum("ik,ikc->ic", weights, bounces.corners[side])
+    normal = np.einsum("ik,ikc->ic", weights, bounces.normals[side])
     length = np.linalg.norm(normal, axis=1, keepdims=True)
     kept = np.flatnonzero(length[:, 0] > 0.0)
-    colour = bounces.albedo.at(triangle, u, v).astype(np.float64)
+    colour = bounces.albedo.at(side, u, v).astype(np.float64)
     place = position[kept]
-    sizes = np.linalg.norm(bounces.corners[triangle[kept]] - place[:, None], axis=-1).max(axis=1)
+    sizes = np.linalg.norm(bounces.corners[side[kept]] - place[:, None], axis=-1).max(axis=1)
     skip = RayScene.least_skips(place, sizes)
     return _Paths(point[kept], place, (normal / np.where(length > 0.0, length, 1.0))[kept], skip, (tint * colour)[kept])
 

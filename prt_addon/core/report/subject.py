@@ -86,7 +86,7 @@ class Scenery:
 
     @cached_property
     def corner_receiver(self) -> Int64:
-        """(T, 3) the receiver at each corner of a triangle, -1 for none."""
+        """(S, 3) the receiver at each corner of the sides of triangles, -1 for none: all fronts, then all backs if they count."""
         return self.occluders.receiver_at_corners
 
     @cached_property
@@ -103,7 +103,7 @@ class Scenery:
             self._corners,
             self._normals,
             (self.corner_receiver >= 0).any(axis=1),
-            self.occluders.albedo,
+            self.occluders.albedo_of_sides,
         )
 
     @cached_property
@@ -113,7 +113,8 @@ class Scenery:
 
     @cached_property
     def _corners(self) -> Float64:
-        return self.scene.normalised(self.occluders.vertices)[self.occluders.triangles]
+        corners = self.scene.normalised(self.occluders.vertices)[self.occluders.triangles]
+        return corners if self.occluders.back_receiver is None else np.concatenate([corners, corners])
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -34,7 +34,7 @@ class KeptHits:
     Attributes:
         samples: rays that were cast per receiver.
         starts: (N + 1,) int64; the hits of receiver x are `packed[starts[x]:starts[x + 1]]`.
-        packed: (H,) uint64; in the upper 32 bits a corner, counted through all triangles: k of triangle t is 3 t + k. It is
+        packed: (H,) uint64; in the upper 32 bits a corner, counted through all sides of triangles: k of side t is 3 t + k. It is
             drawn by the barycentrics, and may stand for the hit. Then u and v in 16 bits each, `ONE` being 1.
     """
 
@@ -117,20 +117,20 @@ def trace(
 ) -> tuple[Float32, KeptHits]:
     """Trace rays: direct transport, the same bits as `direct.shadowed`, and what the blocked rays hit.
 
-    A hit on a back face blocks the light and returns none, as does one on a triangle that returns nothing.
+    A hit on a side that returns nothing blocks the light all the same.
 
     Args:
         scene: what blocks the light.
         receivers: N points.
         samples: rays per receiver.
         seed: of their pattern.
-        returns: (T,) whether a triangle's front returns light.
+        returns: (T,) whether a triangle's front returns light; or (2 T,), also whether its back does, after all fronts.
         workers: who does it.
 
     Returns:
         (N, 9) float32 direct transport, and the hits.
     """
-    pattern = Pattern(samples, seed)
+    pattern, both = Pattern(samples, seed), len(returns) > scene.triangles
     direct = np.empty((len(receivers), sh.coefficient_count(sh.ORDER)), dtype=np.float32)
     starts = np.zeros(len(receivers) + 1, dtype=np.int64)
     chunks: dict[int, Packed] = {}
@@ -138,14 +138,15 @@ def trace(
     def work(part: slice) -> Work:
         rays = pattern.rays(receivers[part])
         hits = scene.hits(rays.origins, rays.directions)
-        visible, keep = hits.triangle < 0, hits.front & (hits.triangle >= 0)
+        visible, side = hits.triangle < 0, hits.sides(scene.triangles, both)
+        keep = side >= 0
         if rays.above is not None:
             visible &= rays.above
             keep &= rays.above
         direct[part] = pattern.project(visible, rays.frames)
-        keep &= returns.take(hits.triangle, mode="clip")
+        keep &= returns.take(side, mode="clip")
         starts[part.start + 1 : part.stop + 1] = np.count_nonzero(keep.reshape(-1, samples), axis=1)
-        chunks[part.start] = _packed(hits, np.flatnonzero(keep), receivers.ids[part], samples)
+        chunks[part.start] = _packed(replace(hits, triangle=side), np.flatnonzero(keep), receivers.ids[part], samples)
         return Work(rays=len(rays.origins))
 
     workers.run(len(receivers), pattern.chunk, work)

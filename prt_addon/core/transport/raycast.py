@@ -74,6 +74,17 @@ class Hits:
     v: Float32
     front: npt.NDArray[np.bool_]
 
+    def sides(self, triangles: int, both: bool) -> npt.NDArray[np.int32]:
+        """(N,) the side that each ray hit, or -1.
+
+        Args:
+            triangles: T, how many there are: the front of one has its number, the back that plus T.
+            both: whether backs count; they have -1 if not.
+        """
+        if not both:
+            return np.where(self.front, self.triangle, np.int32(-1))
+        return np.where(self.front | (self.triangle < 0), self.triangle, self.triangle + np.int32(triangles))
+
 
 class RayScene:
     """Triangles to shoot at, scaled to about a unit sphere, in whose middle the smallest are: there float32 is most precise."""
@@ -108,6 +119,7 @@ class RayScene:
         points = self.normalised(vertices).astype(np.float32)
         self._one_sided = np.zeros(len(triangles), dtype=np.bool_) if one_sided is None else one_sided
         self._opacity = opacity
+        self.triangles = len(triangles)
         self._may_pass = self._one_sided if opacity is None else self._one_sided | opacity.is_open
         self._stops_all = not self._may_pass.any()
         self._blocks: list[Any] = []

@@ -16,7 +16,7 @@ from ...core.problem import BakeProblem, BakeSettings
 from ..mesh.carrier import Geometry
 from ..mesh.meshes import positions
 from ..mesh.record import Evidence, IdentitySum
-from .islands import Read, around, fingerprint, group_numbers, island
+from .islands import Read, around, fingerprint, first_groups, island
 from .plan import BakePlan, ObjectToBake
 
 
@@ -52,7 +52,7 @@ def bake_plan(
     """
     staying = [one for one in objects if one.stays]
     everything = IdentitySum.of(read.identity for read in (*(one.read for one in staying), *others) if read.blocks)
-    groups = group_numbers([one.stays for one in objects], sum(read.receivers is not None for read in others))
+    groups = first_groups([(one.read, one.stays) for one in objects], others)
     return BakePlan(
         objects=[
             planned

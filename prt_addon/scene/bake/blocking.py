@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from ..material.albedo import used_materials
 from ..material.reading import has_surface
-from ..mesh.meshes import Surface
+from ..mesh.meshes import Surface, is_open
 
 _TYPES = {"MESH", "CURVES", "POINTCLOUD"}
 """Curves, text and metaballs are shown as what they are, and once more as meshes."""
@@ -45,6 +45,17 @@ def blocking_faces(
         return surface, None
     sides = 2 - np.isin(surface.material, list(culled)) - 2 * np.isin(surface.material, list(none))
     return surface.with_sides(culled).without(none), sides.astype(np.int8)
+
+
+def shows_backs(ob: bpy.types.Object, mesh: bpy.types.Mesh, surface: Surface) -> bool:
+    """Whether the backs of an object's faces receive light and return it.
+
+    As its setting says. By itself, where the evaluated mesh is open; never where light passes through all backs.
+    """
+    sides = ob.prt.sides
+    if sides == "FRONTS" or surface.one_sided.all():
+        return False
+    return sides == "BOTH" or is_open(mesh)
 
 
 def is_one_sided(material: bpy.types.Material) -> bool:

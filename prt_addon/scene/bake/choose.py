@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 import bpy
 
 from ...core.errors import MeshError
-from ...core.layout import LAYERS
+from ...core.layout import BACKS, LAYERS
 from ...core.notices import Kind, Notice, counted
 from ..blender.libraries import is_own
 from ..mesh.carrier import is_carrier, transport_mesh
@@ -122,7 +122,7 @@ def sorted_out(objects: Iterable[bpy.types.Object]) -> tuple[list[bpy.types.Obje
 def _taken(ob: bpy.types.Object) -> str:
     """A layer's name that something else of a mesh has; empty if none has."""
     others = {group.name for group in ob.vertex_groups} | {layer.name for layer in ob.data.uv_layers}
-    return next((name for name in LAYERS if name in others), "")
+    return next((name for name in LAYERS + BACKS if name in others), "")
 
 
 def check_writable(ob: bpy.types.Object) -> None:

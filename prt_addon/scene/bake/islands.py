@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from ...core.files import digest
 from ...core.notices import Notice
-from ...core.problem import Island, Occluders
+from ...core.problem import Island, Occluders, ReceiverGroup
 from ...core.surface import Albedo, Opacity, Pattern
 from ..material.patterns import SurfaceValues
 from ..mesh.meshes import ObjectReceivers, Surface
@@ -30,6 +30,16 @@ class Read:
     opacity: SurfaceValues | None = None
 
     @property
+    def groups(self) -> list[ReceiverGroup]:
+        """Its receivers: none, fronts, or fronts and backs."""
+        return self.receivers.groups if self.receivers else []
+
+    @property
+    def has_backs(self) -> bool:
+        """Whether its backs receive light and return it."""
+        return len(self.groups) > 1
+
+    @property
     def notices(self) -> list[Notice]:
         """What there is to say about its materials."""
         return [notice for found in (self.albedo, self.opacity) if found for notice in found.notices]
@@ -40,15 +50,22 @@ def around(everything: IdentitySum, read: Read) -> IdentitySum:
     return everything.without(read.identity) if read.blocks else everything
 
 
-def group_numbers(stay: Sequence[bool], others: int) -> list[int]:
-    """The number of each object's group: those that stay come first, then what stands around them, then each of the rest."""
-    counts = {True: iter(range(len(stay))), False: iter(range(sum(stay) + others, len(stay) + others))}
-    return [next(counts[one]) for one in stay]
+def first_groups(objects: Sequence[tuple[Read, bool]], others: Sequence[Read]) -> list[int]:
+    """The number of the first group of each object: those that stay come first, then what stands around them, then each of
+    the rest.
+
+    Args:
+        objects: each with whether it stays.
+    """
+    staying, moving = ([read for read, stays in objects if stays is wanted] for wanted in (True, False))
+    starts = _starts(len(read.groups) for read in (*staying, *others, *moving)).tolist()
+    numbers = {True: iter(starts[: len(staying)]), False: iter(starts[len(staying) + len(others) :])}
+    return [next(numbers[stays]) for _, stays in objects]
 
 
 def island(read: Sequence[Read], bounces: bool) -> Island:
     """Make the island of objects that shade each other."""
-    return Island([one.receivers.group for one in read if one.receivers], _joined(read, bounces))
+    return Island([group for one in read for group in one.groups], _joined(read, bounces))
 
 
 def fingerprint(receiving: Iterable[tuple[str, Read]], everything: IdentitySum) -> str:
@@ -67,7 +84,7 @@ def _joined(read: Sequence[Read], bounces: bool) -> Occluders:
     Receivers are counted as they are given, but surfaces are laid out by what they are: sums over what rays hit then
     run in the same order, and have the same bits, whichever objects were selected.
     """
-    first_receiver = _starts(len(one.receivers.group) if one.receivers else 0 for one in read)
+    first_receiver = _starts(sum(map(len, one.groups)) for one in read)
     order = sorted((i for i, one in enumerate(read) if one.blocks), key=lambda i: read[i].identity.numbers)
     laid_out = [read[i] for i in order]
     if not laid_out:
@@ -82,10 +99,11 @@ def _joined(read: Sequence[Read], bounces: bool) -> Occluders:
     opacity = _joined_opacity(laid_out)
     if not bounces:
         return Occluders(vertices, triangles, one_sided=one_sided, opacity=opacity)
-    corner_receiver = np.concatenate(
-        [_receivers_at_corners(one, int(first_receiver[i])) for i, one in zip(order, laid_out, strict=True)]
-    )
-    return Occluders(vertices, triangles, corner_receiver, _joined_albedo(laid_out), one_sided, opacity)
+    corners = [_receivers_at_corners(one, int(first_receiver[i])) for i, one in zip(order, laid_out, strict=True)]
+    corner_receiver = np.concatenate(corners)
+    backs = [_backs_at_corners(one, fronts) for one, fronts in zip(laid_out, corners, strict=True)]
+    back_receiver = np.concatenate(backs) if any(one.has_backs for one in laid_out) else None
+    return Occluders(vertices, triangles, corner_receiver, _joined_albedo(laid_out), one_sided, opacity, back_receiver)
 
 
 def _receivers_at_corners(one: Read, first: int) -> npt.NDArray[np.int64]:
@@ -93,6 +111,11 @@ def _receivers_at_corners(one: Read, first: int) -> npt.NDArray[np.int64]:
     if one.receivers is None:
         return np.full(one.surface.triangles.shape, -1, dtype=np.int64)
     return one.receivers.at_corners(one.surface) + first
+
+
+def _backs_at_corners(one: Read, fronts: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+    """(T, 3) the receivers of backs at its corners, from those of fronts, which they follow; -1 where it has none."""
+    return fronts + len(one.groups[0]) if one.has_backs else np.full_like(fronts, -1)
 
 
 def _joined_albedo(read: Sequence[Read]) -> Albedo:

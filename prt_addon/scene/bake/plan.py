@@ -22,7 +22,7 @@ class ObjectToBake:
     receivers: where its transport is computed and stored.
     space: what it is baked for, SCENE or OBJECT.
     evidence: what its bake depends on.
-    group: number of its receivers in the problem.
+    group: number of its receivers in the problem; those of its backs follow, if it has any.
     elements: vertices and face corners of its own mesh.
     positions: a digest of where its vertices lie.
     carried: what a carrier is to look like; None if the object's own mesh can hold the transport.

@@ -32,7 +32,7 @@ from ..mesh.record import Evidence, Identity, IdentitySum, mesh_identity, surfac
 from ..mesh.strands import strands
 from . import choose
 from .assemble import ReadObject, bake_plan
-from .blocking import blocking_faces, blocks_light
+from .blocking import blocking_faces, blocks_light, shows_backs
 from .islands import Read
 from .plan import BakePlan
 
@@ -305,19 +305,24 @@ def _read_mesh(
     original = evaluated.original
     derived = original.type == "MESH" and not same_topology(original.data, mesh)
     surface, sides = blocking_faces(evaluated, mesh, read_surface(mesh, matrix))
+    both_sides = shows_backs(original, mesh, surface)
     return _Draft(
         surface,
-        mesh_identity(mesh, matrix, sides, original if derived else None),
+        mesh_identity(mesh, matrix, sides, original if derived else None, both_sides),
         blocks,
-        _with_faces(read_receivers(evaluated.original.name_full, mesh, matrix), surface) if receives else None,
+        _receivers(original, mesh, matrix, surface, both_sides) if receives else None,
         materials.albedo.read(evaluated, mesh, surface, place) if bounces else None,
         materials.opacity.read(evaluated, mesh, surface, place),
     )
 
 
-def _with_faces(receivers: ObjectReceivers, surface: Surface) -> ObjectReceivers:
-    """The same receivers, and the triangles between them."""
-    return replace(receivers, group=replace(receivers.group, faces=receivers.at_corners(surface).astype(np.int32)))
+def _receivers(
+    ob: bpy.types.Object, mesh: bpy.types.Mesh, matrix: npt.NDArray[np.float64], surface: Surface, both_sides: bool
+) -> ObjectReceivers:
+    """The receivers of an object's mesh, and the triangles between them."""
+    found = read_receivers(ob.name_full, mesh, matrix)
+    fronts = replace(found, group=replace(found.group, faces=found.at_corners(surface).astype(np.int32)))
+    return fronts.with_backs() if both_sides else fronts
 
 
 def _can_hold(ob: bpy.types.Object, evaluated: bpy.types.Mesh) -> bool:

@@ -15,6 +15,7 @@ import bpy
 from ...core.bake.bake import BakeResult
 from ...core.bake.previews import Preview
 from ...core.errors import MeshError, PRTError
+from ...core.layout import packed_backs
 from ...core.notices import Kind, Notice
 from ...core.problem import BakeSettings
 from ...core.transport import raycast
@@ -103,7 +104,7 @@ class WholeBake:
     @property
     def summary(self) -> str:
         """What is baked, in words."""
-        count = sum(len(one.receivers.group) for one in self.plan.objects)
+        count = sum(len(one.receivers) for one in self.plan.objects)
         return f"{len(self.plan.objects)} object(s), {count:,} receivers"
 
     def notices(self, result: BakeResult) -> list[Notice]:
@@ -252,8 +253,10 @@ def _store(
     Args:
         preview_of: rays of the bake that the result is a preview of; 0 if it is none.
     """
+    back = one.group + 1
+    backs = packed_backs(result.transport[back], result.direct[back]) if one.receivers.backs else None
     if one.carried:
-        mesh = carrier.hang(ob, one.carried, one.receivers.domain)
+        mesh = carrier.hang(ob, one.carried, one.receivers.domain, with_backs=backs is not None)
         if ob.data.users == 1:
             layers.remove(ob.data)  # of an earlier bake, which nothing shows any more
     else:
@@ -270,4 +273,5 @@ def _store(
         one.evidence,
         one.elements,
         preview_of,
+        backs,
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator
+from typing import Literal
 
 import bpy
 import numpy as np
@@ -260,14 +261,16 @@ class Graph:
             self.feed(entry, value)
         return next(output for output in node.outputs if output.enabled)
 
-    def mixed(self, factor: object, zero: object, one: object) -> bpy.types.NodeSocket:
-        """Vector `zero` where the factor is 0, `one` where it is 1."""
+    def mixed(
+        self, factor: object, zero: object, one: object, kind: Literal["Vector", "Float"] = "Vector"
+    ) -> bpy.types.NodeSocket:
+        """Vector, or number, `zero` where the factor is 0, `one` where it is 1."""
         node = self.add("ShaderNodeMix")
-        node.data_type = "VECTOR"
+        node.data_type = "VECTOR" if kind == "Vector" else "FLOAT"
         entries = {entry.identifier: entry for entry in node.inputs}
-        for name, value in (("Factor_Float", factor), ("A_Vector", zero), ("B_Vector", one)):
+        for name, value in (("Factor_Float", factor), (f"A_{kind}", zero), (f"B_{kind}", one)):
             self.feed(entries[name], value)
-        return next(output for output in node.outputs if output.identifier == "Result_Vector")
+        return next(output for output in node.outputs if output.identifier == f"Result_{kind}")
 
     def to_world(self, direction: object) -> bpy.types.NodeSocket:
         """Unit vector in world axes of a direction in the axes of the object that is shaded."""

@@ -22,7 +22,7 @@ from mathutils import Matrix
 from ...core.errors import PRTError
 from ...core.exchange import gltf_extras
 from ...core.exchange.gltf_extras import EXTRAS, Y_UP, SceneLight
-from ...core.layout import LAYERS
+from ...core.layout import BACKS, LAYERS
 from ...core.sphere.rotation import rotation_matrix
 from ..light.lamps import is_lamp_of_sky, read_lamps_of
 from ..light.light import has_light, read_lamps, read_light, read_turn, shown_light, strength_of
@@ -74,7 +74,7 @@ class glTF2ExportUserExtension:
 
     def gather_attribute_keep(self, attribute: Any, _settings: dict[str, Any]) -> None:
         """Of attributes that only we have turned on, ours alone."""
-        if self._concerns_us and not self._others_too and attribute.attr_name not in LAYERS:
+        if self._concerns_us and not self._others_too and attribute.attr_name not in LAYERS + BACKS:
             attribute.keep = False
 
     def gather_node_hook(self, node: Any, ob: bpy.types.Object | None, _settings: dict[str, Any]) -> None:
@@ -86,7 +86,7 @@ class glTF2ExportUserExtension:
         """Take our layers away from among the vertex colours."""
         if not self._concerns_us:
             return
-        own = {colour.name for colour in mesh.color_attributes} - set(LAYERS)
+        own = {colour.name for colour in mesh.color_attributes} - {*LAYERS, *BACKS}
         for primitive in gltf_mesh.primitives:
             if LAYERS[0] in primitive.attributes:
                 drop_colours(primitive.attributes, bool(own))

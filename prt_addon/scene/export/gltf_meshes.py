@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from ...core.exchange import shorts
 from ...core.exchange.gltf_extras import EXTRAS
-from ...core.layout import LAYERS, OWN_AXES_BELOW
+from ...core.layout import BACKS, LAYERS, OWN_AXES_BELOW
 from ...core.shown import shown
 
 _SHORT, _FLOAT = 5122, 5126
@@ -40,11 +40,14 @@ def in_own_axes(mesh: Any) -> bool:
 
 
 def drop_colours(attributes: dict[str, Any], has_others: bool) -> None:
-    """Remove vertex colours that hold our layers, and number the others anew; all of them if there are no others.
+    """Remove vertex colours that hold our layers, and number the others anew; all of them if there are no others. The layers of
+    backs go, too: no viewer of ours shows them.
 
     They are known by what they hold: the exporter names no sources.
     """
-    layers = [_values(attributes[name]) for name in LAYERS]
+    layers = [_values(attributes[name]) for name in LAYERS + BACKS if name in attributes]
+    for name in BACKS:
+        attributes.pop(name, None)
     colours = sorted((name for name in attributes if name.startswith("COLOR_")), key=lambda name: int(name[6:]))
     kept = []
     for name in colours:

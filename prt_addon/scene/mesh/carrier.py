@@ -17,7 +17,7 @@ import bpy
 import numpy as np
 import numpy.typing as npt
 
-from ...core.layout import LAYERS
+from ...core.layout import BACKS, LAYERS
 from ..blender.libraries import is_own
 from ..blender.modes import by_uid
 from .carrier_group import CARRIER_ENTRY, LightKind, carrier_group, is_carrier_group
@@ -78,10 +78,14 @@ def is_shared(ob: bpy.types.Object) -> bool:
     )
 
 
-def hang(ob: bpy.types.Object, geometry: Geometry, domain: Domain) -> bpy.types.Mesh:
+def hang(ob: bpy.types.Object, geometry: Geometry, domain: Domain, with_backs: bool = False) -> bpy.types.Mesh:
     """Give an object a new carrier without layers, in place of an earlier one, and the modifier that shows it.
 
     Call `sweep` when all objects have theirs.
+
+    Args:
+        domain: of the layers.
+        with_backs: whether those of backs are among them.
 
     Returns:
         The carrier's mesh, for layers on points or corners.
@@ -91,7 +95,7 @@ def hang(ob: bpy.types.Object, geometry: Geometry, domain: Domain) -> bpy.types.
     carrier.hide_render = carrier.hide_viewport = carrier.hide_select = True
     carrier.scale = (0.0, 0.0, 0.0)  # appending an object puts its carrier into the scene, and in sight
     modifier = _modifier(ob) or ob.modifiers.new(MODIFIER, "NODES")
-    modifier.node_group = carrier_group(domain)
+    modifier.node_group = carrier_group(domain, with_backs)
     modifier.show_viewport = modifier.show_render = True
     modifier.show_expanded = False
     _set_entry(modifier, carrier)
@@ -103,8 +107,9 @@ def show_light(ob: bpy.types.Object, light: LightKind) -> None:
     """Have an object's modifier copy frozen light, too, which lies on its carrier beside the layers. Call `sweep` afterwards."""
     modifier, carrier = _modifier(ob), carrier_of(ob)
     if modifier and carrier:
-        domain: Domain = "POINT" if carrier.data.attributes[LAYERS[0]].domain == "POINT" else "CORNER"
-        modifier.node_group = carrier_group(domain, light)
+        layers = carrier.data.attributes
+        domain: Domain = "POINT" if layers[LAYERS[0]].domain == "POINT" else "CORNER"
+        modifier.node_group = carrier_group(domain, BACKS[0] in layers, light)
         _set_entry(modifier, carrier)
 
 

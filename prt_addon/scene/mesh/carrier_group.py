@@ -7,14 +7,14 @@ from typing import Literal
 
 import bpy
 
-from ...core.layout import FROZEN, LAYERS
+from ...core.layout import BACKS, FROZEN, LAYERS
 from ..blender.versions import version_of
 from .meshes import Domain
 
 CARRIER_ENTRY = "Carrier"
 _VERSION = "prt_carrier_version"
 _GROUP_VERSION = 1
-_DOMAIN, _LIGHT = "prt_domain", "prt_light"
+_DOMAIN, _BACKS, _LIGHT = "prt_domain", "prt_backs", "prt_light"
 LightKind = Literal["", "FLOAT_COLOR", "BYTE_COLOR"]
 """As what a group copies frozen light, too; empty if it copies none."""
 _WITH: dict[LightKind, str] = {"": "", "FLOAT_COLOR": ", Light", "BYTE_COLOR": ", Light in Bytes"}
@@ -27,29 +27,33 @@ def is_carrier_group(tree: bpy.types.NodeTree | None) -> bool:
     return tree is not None and _VERSION in tree
 
 
-def carrier_group(domain: Domain, light: LightKind = "") -> bpy.types.NodeTree:
+def carrier_group(domain: Domain, with_backs: bool = False, light: LightKind = "") -> bpy.types.NodeTree:
     """The group for layers on points or corners, built on first use and shared by all objects of the file.
 
     Args:
+        with_backs: whether it copies the layers of backs, too.
         light: whether it copies frozen light with them, and as what.
     """
     for tree in bpy.data.node_groups:
         ours = is_carrier_group(tree) and tree.library is None and version_of(tree, _VERSION) == _GROUP_VERSION
-        if ours and tree[_DOMAIN] == domain and tree.get(_LIGHT, "") == light:
+        kind = (tree[_DOMAIN], bool(tree.get(_BACKS, False)), tree.get(_LIGHT, "")) if ours else None
+        if kind == (domain, with_backs, light):
             return tree
-    tree = bpy.data.node_groups.new(f"PRT Carrier ({domain.title()}s{_WITH[light]})", "GeometryNodeTree")
-    tree[_VERSION], tree[_DOMAIN], tree[_LIGHT] = _GROUP_VERSION, domain, light
+    backs = ", Backs" if with_backs else ""
+    tree = bpy.data.node_groups.new(f"PRT Carrier ({domain.title()}s{backs}{_WITH[light]})", "GeometryNodeTree")
+    tree[_VERSION], tree[_DOMAIN], tree[_BACKS], tree[_LIGHT] = _GROUP_VERSION, domain, with_backs, light
     tree.is_modifier = True
-    _Builder(tree, domain, light).build()
+    layers = LAYERS + BACKS if with_backs else LAYERS
+    _Builder(tree, domain, layers, light).build()
     return tree
 
 
 class _Builder:
     """Two chains of nodes that each store all layers, and a switch between them by the counts: one alone is evaluated."""
 
-    def __init__(self, tree: bpy.types.NodeTree, domain: Domain, light: LightKind) -> None:
+    def __init__(self, tree: bpy.types.NodeTree, domain: Domain, layers: tuple[str, ...], light: LightKind) -> None:
         self._tree, self._domain = tree, domain
-        self._stored = [(name, "FLOAT_COLOR") for name in LAYERS] + ([(FROZEN, light)] if light else [])
+        self._stored = [(name, "FLOAT_COLOR") for name in layers] + ([(FROZEN, light)] if light else [])
         self._row = 0
 
     def build(self) -> None:

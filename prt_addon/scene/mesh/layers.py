@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,7 +11,7 @@ import bpy
 import numpy as np
 import numpy.typing as npt
 
-from ...core.layout import LAYERS, Space, packed
+from ...core.layout import BACKS, LAYERS, Space, packed, unpacked_backs
 from ...core.problem import BakeSettings
 from . import temporary_layer
 from .meshes import Domain, layer_array
@@ -25,6 +26,11 @@ def is_baked(mesh: bpy.types.Mesh) -> bool:
     return all(name in mesh.attributes for name in LAYERS)
 
 
+def has_backs(mesh: bpy.types.Mesh) -> bool:
+    """Whether a mesh carries transport of its backs."""
+    return all(name in mesh.attributes for name in BACKS)
+
+
 def write(
     mesh: bpy.types.Mesh,
     domain: Domain,
@@ -36,6 +42,7 @@ def write(
     evidence: Evidence | None = None,
     elements: tuple[int, int] | None = None,
     preview_of: int = 0,
+    backs: Transport | None = None,
 ) -> None:
     """Store transport as the mesh's nine layers, replacing earlier ones and leaving all other layers alone.
 
@@ -49,20 +56,30 @@ def write(
         evidence: what the bake depended on; without it nobody can tell later whether it still holds.
         elements: vertices and face corners of the mesh that people edit, if that is another one.
         preview_of: rays per receiver of the bake that this is a preview of; 0 if it is none.
+        backs: (receivers, 3, 4) the floats of their layers (`core.layout.packed_backs`); None if there are none.
     """
     temporary_layer.take_back(mesh, (temporary_layer.TRANSPORT,))  # it would show transport that is no longer there
     colours = mesh.color_attributes
     active, rendered = colours.active_color_name, colours.default_color_name
     remove(mesh)
-    for name in LAYERS:  # create all, then fetch each: on 5.0 and older, references go stale
+    for name in LAYERS if backs is None else LAYERS + BACKS:  # all before any is fetched: on 5.0 references go stale
         mesh.attributes.new(name, "FLOAT_COLOR", domain)
-    for i, name in enumerate(LAYERS):
-        rgba = packed(i, transport[:, i], direct[:, i], space)[element_receiver]
-        mesh.attributes[name].data.foreach_set("color", rgba.reshape(-1))
+    for name, rgba in _values(transport, direct, space, backs):
+        mesh.attributes[name].data.foreach_set("color", rgba[element_receiver].reshape(-1))
     colours.active_color_name, colours.default_color_name = active, rendered
     elements = elements or (len(mesh.vertices), len(mesh.loops))
     write_record(mesh, domain, settings, space, evidence, elements, preview_of)
     mesh.update()
+
+
+def _values(
+    transport: Transport, direct: Transport, space: Space, backs: Transport | None
+) -> Iterator[tuple[str, Transport]]:
+    """Each layer's name and its floats, (receivers, 4): one at a time, as all together are large."""
+    for i, name in enumerate(LAYERS):
+        yield name, packed(i, transport[:, i], direct[:, i], space)
+    if backs is not None:
+        yield from zip(BACKS, backs.transpose(1, 0, 2), strict=True)
 
 
 @dataclass(frozen=True)
@@ -81,7 +98,8 @@ class Snapshot:
     def of(cls, mesh: bpy.types.Mesh) -> Snapshot:
         """Take the snapshot of a mesh as it is."""
         record, colours = mesh.get(RECORD), mesh.color_attributes
-        values = {name: layer_array(mesh, name, "color", 4) for name in LAYERS} if is_baked(mesh) else {}
+        names = LAYERS + BACKS if has_backs(mesh) else LAYERS
+        values = {name: layer_array(mesh, name, "color", 4) for name in names} if is_baked(mesh) else {}
         return cls(
             domain_of(mesh) if values else "POINT",
             values,
@@ -114,6 +132,11 @@ def read(mesh: bpy.types.Mesh) -> npt.NDArray[np.float32]:
     return np.stack([layer_array(mesh, name, "color", 4)[:, :3] for name in LAYERS], axis=1)
 
 
+def read_backs(mesh: bpy.types.Mesh) -> npt.NDArray[np.float32]:
+    """Read the transport of a baked mesh's backs: (elements of its domain, 9, 3) float32."""
+    return unpacked_backs(np.stack([layer_array(mesh, name, "color", 4) for name in BACKS], axis=1))
+
+
 def domain_of(mesh: bpy.types.Mesh) -> Domain:
     """The domain of a baked mesh's layers: its points or its corners."""
     return "POINT" if mesh.attributes[LAYERS[0]].domain == "POINT" else "CORNER"
@@ -126,7 +149,7 @@ def space_of(mesh: bpy.types.Mesh) -> Space:
 
 def remove(mesh: bpy.types.Mesh) -> bool:
     """Remove the layers and the record; True if there was any."""
-    present = [name for name in LAYERS if name in mesh.attributes]
+    present = [name for name in LAYERS + BACKS if name in mesh.attributes]
     for name in present:
         while name in mesh.attributes:  # before 5.0, joining objects leaves one per domain
             mesh.attributes.remove(mesh.attributes[name])

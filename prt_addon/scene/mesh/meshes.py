@@ -65,12 +65,28 @@ class Surface:
 class ObjectReceivers:
     """The receivers of one object and where their transport is stored.
 
+    group: those of the fronts of its faces.
     element_receiver: (elements of the domain,) index of the receiver that each vertex or face corner shows.
+    backs: as many again, in the same places, that look the other way; None if backs are not seen.
     """
 
     group: ReceiverGroup
     domain: Domain
     element_receiver: npt.NDArray[np.int64]
+    backs: ReceiverGroup | None = None
+
+    def __len__(self) -> int:
+        return sum(map(len, self.groups))
+
+    @property
+    def groups(self) -> list[ReceiverGroup]:
+        """Fronts, then backs if there are any."""
+        return [self.group] if self.backs is None else [self.group, self.backs]
+
+    def with_backs(self) -> ObjectReceivers:
+        """The same, and receivers of the backs."""
+        horizons = None if self.group.horizons is None else -self.group.horizons
+        return replace(self, backs=replace(self.group, normals=-self.group.normals, horizons=horizons))
 
     def at_corners(self, surface: Surface) -> npt.NDArray[np.int64]:
         """(T, 3) the receiver at each corner of the triangles of the object's own surface."""
@@ -279,12 +295,20 @@ def _with_pulled_boundary(
 def _boundary_vertices(mesh: bpy.types.Mesh) -> npt.NDArray[np.bool_]:
     """(V,) whether each vertex ends an edge of a single face."""
     found = np.zeros(len(mesh.vertices), dtype=np.bool_)
-    if ".corner_edge" in mesh.attributes:
-        uses = np.bincount(_stored(mesh, ".corner_edge", 1), minlength=len(mesh.edges))
-    else:
-        uses = np.bincount(index_array(mesh.loops, "edge_index"), minlength=len(mesh.edges))
-    found[edge_vertices(mesh)[uses == 1]] = True
+    found[edge_vertices(mesh)[_faces_at_edges(mesh) == 1]] = True
     return found
+
+
+def is_open(mesh: bpy.types.Mesh) -> bool:
+    """Whether some edge has a single face, so that backs of faces may be seen."""
+    return bool((_faces_at_edges(mesh) == 1).any())
+
+
+def _faces_at_edges(mesh: bpy.types.Mesh) -> npt.NDArray[np.int64]:
+    """(edges,) how many faces each has."""
+    stored = ".corner_edge" in mesh.attributes
+    edge = _stored(mesh, ".corner_edge", 1) if stored else index_array(mesh.loops, "edge_index")
+    return np.bincount(edge, minlength=len(mesh.edges))
 
 
 def own_axes(matrix: npt.ArrayLike) -> Float64:

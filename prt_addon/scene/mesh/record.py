@@ -45,7 +45,7 @@ class Identity:
     """Digests of one object or instance, without its name.
 
     shape: positions and faces, in its own axes.
-    normals: flat faces, sharp edges and custom normals.
+    normals: flat faces, sharp edges and custom normals, and whether backs receive light.
     placement: its matrix.
     colours: what light takes on where it bounces off it; empty if that was not read.
     """
@@ -177,18 +177,20 @@ def mesh_identity(
     matrix: npt.ArrayLike,
     sides: npt.NDArray[np.int8] | None = None,
     ob: bpy.types.Object | None = None,
+    both_sides: bool = False,
 ) -> Identity:
     """Digest an evaluated mesh under a matrix, without its colours.
 
     Args:
         sides: (triangles,) from how many sides each blocks light; from both if None.
         ob: the original object, if modifiers made the mesh of another: see `derived`.
+        both_sides: whether its backs receive light, too.
     """
     faces: list[Any] = [] if sides is None else [sides]
     shape = [_layer(mesh, "position"), _layer(mesh, ".corner_vert"), face_starts(mesh)]
     return Identity(
         shape=digest(*(derived_sources(ob, mesh) if ob else shape), *faces),
-        normals=digest(*_normal_sources(ob.data if ob else mesh)),
+        normals=digest(*_normal_sources(ob.data if ob else mesh), *([b"both sides"] if both_sides else [])),
         placement=digest(np.asarray(matrix, dtype=np.float32) + np.float32(0.0)),  # -0 becomes 0
         colours=b"",
     )

@@ -70,6 +70,11 @@ def read_baked(context: bpy.types.Context, objects: Sequence[bpy.types.Object]) 
     bounces = any(record.settings.bounces_light for record in records.values())
     plan = read_bake(context, objects, BakeSettings("INTERREFLECTED" if bounces else "SHADOWED"))
     stored = {one.group: _per_receiver(bpy.data.objects[one.name], one.receivers) for one in plan.objects}
+    stored |= {
+        one.group + 1: _per_back(bpy.data.objects[one.name], one.receivers)
+        for one in plan.objects
+        if one.receivers.backs
+    }
     sceneries = _sceneries(plan.problem, stored)
     baked = []
     for one in plan.objects:
@@ -158,4 +163,13 @@ def _per_receiver(ob: bpy.types.Object, receivers: ObjectReceivers) -> npt.NDArr
         raise MeshError(f"The transport of '{ob.name}' does not fit its mesh as it is now: bake it again.")
     transport = np.zeros((len(receivers.group), *stored.shape[1:]), dtype=np.float32)
     transport[receivers.element_receiver] = stored
+    return transport
+
+
+def _per_back(ob: bpy.types.Object, receivers: ObjectReceivers) -> npt.NDArray[np.float32]:
+    """(receivers, 9, 3) the stored transport of backs; NaN where there is none."""
+    mesh = transport_mesh(ob)
+    transport = np.full((len(receivers.group), 9, 3), np.nan, dtype=np.float32)
+    if layers.has_backs(mesh):
+        transport[receivers.element_receiver] = layers.read_backs(mesh)
     return transport

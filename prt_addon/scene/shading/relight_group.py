@@ -4,6 +4,8 @@
 The light is turned by the world's Mapping node, and, where the mesh says that its transport is in its object's own
 axes, by the object itself. What lamps show of the sky leaves the direct light; what they send on by bounces stays.
 
+Backs of faces have transport of their own where the mesh has the layers, and the material a group that reads these.
+
 It hands out what the surfaces of a material are relit with: the light on a white one (Shading), whether there is transport
 (Baked), and how much of what a mirror would see there is sky (Sky Seen; all, while EEVEE traces reflections). Base Color, Unbaked
 and Surface are a matte surface.
@@ -15,7 +17,7 @@ from math import pi
 
 import bpy
 
-from ...core.layout import BAKED_BELOW, LAYERS, OWN_AXES_BELOW
+from ...core.layout import BACKS, BAKED_BELOW, LAYERS, OWN_AXES_BELOW
 from ..blender.libraries import is_own
 from ..blender.nodes import Graph
 from ..blender.versions import refuse_newer, version_of
@@ -24,17 +26,22 @@ from ..light.light import LIGHT
 from .light_nodes import Y_0, Y_1, less_colour, second_band, turned_form, turned_vector
 
 GROUP = "PRT Relight"
-GROUP_VERSION = 6
-_VERSION = "prt_version"
+GROUP_VERSION = 7
+_VERSION, _BACKS = "prt_version", "prt_backs"
 
 
-def relight_group() -> bpy.types.NodeTree:
+def relight_group(with_backs: bool = False) -> bpy.types.NodeTree:
     """The node group of this version, built on first use and shared by all materials.
 
     It takes the place of older ones, and of copies of itself, which appended materials bring along.
+
+    Args:
+        with_backs: whether it reads the layers of backs, which take three of the attributes that EEVEE has for a material.
     """
     own = [tree for tree in bpy.data.node_groups if is_relight_group(tree) and is_own(tree)]
-    current = next((tree for tree in own if _version(tree) == GROUP_VERSION and _is_whole(tree)), None) or _built()
+    own = [tree for tree in own if bool(tree.get(_BACKS, False)) is with_backs]
+    whole = (tree for tree in own if _version(tree) == GROUP_VERSION and _is_whole(tree))
+    current = next(whole, None) or _built(with_backs)
     for tree in own:
         if tree != current and _version(tree) <= GROUP_VERSION:
             tree.user_remap(current)
@@ -105,14 +112,14 @@ def _version(tree: bpy.types.NodeTree) -> int:
     return version_of(tree, _VERSION)
 
 
-def _built() -> bpy.types.NodeTree:
-    tree = bpy.data.node_groups.new(GROUP, "ShaderNodeTree")
-    tree[_VERSION] = GROUP_VERSION
-    _build(tree)
+def _built(with_backs: bool) -> bpy.types.NodeTree:
+    tree = bpy.data.node_groups.new(f"{GROUP} Both Sides" if with_backs else GROUP, "ShaderNodeTree")
+    tree[_VERSION], tree[_BACKS] = GROUP_VERSION, with_backs
+    _build(tree, with_backs)
     return tree
 
 
-def _build(tree: bpy.types.NodeTree) -> None:
+def _build(tree: bpy.types.NodeTree, with_backs: bool) -> None:
     for sockets, side in ((_INPUTS, "INPUT"), (_OUTPUTS, "OUTPUT")):
         for name, kind, description in sockets:
             socket = tree.interface.new_socket(name, in_out=side, socket_type=f"NodeSocket{kind}")
@@ -133,6 +140,8 @@ def _build(tree: bpy.types.NodeTree) -> None:
     axes = [graph.mixed(own_axes, *pair) for pair in zip(axes, _turned_axes(graph, axes, object_axes), strict=True)]
     graph.column()
     transport, direct = [layer.outputs["Vector"] for layer in layers], _direct(graph, layers, own_axes)
+    if with_backs:
+        transport, direct = _of_this_side(graph, transport, direct)
     radiance = _received(graph, transport, _turned(graph, light, axes))
     lamps = _turned(graph, [node.outputs["Alpha"] for node in light_nodes], axes)
     of_lamps = graph.mixed(older, _received(graph, direct, lamps), _received(graph, transport, lamps))
@@ -198,6 +207,32 @@ def _direct(graph: Graph, layers: list[bpy.types.Node], own_axes: bpy.types.Node
     """The nine coefficients of direct transport, without the mark in the first, as `core.layout` has it."""
     first = graph.math("ADD", layers[0].outputs["Alpha"], graph.math("ADD", own_axes, 1.0))
     return [first, *(layer.outputs["Alpha"] for layer in layers[1:])]
+
+
+def _of_this_side(
+    graph: Graph, transport: list[bpy.types.NodeSocket], direct: list[bpy.types.NodeSocket]
+) -> tuple[list[bpy.types.NodeSocket], list[bpy.types.NodeSocket]]:
+    """Transport and its direct part, those of backs where one is seen and the mesh has them, as `core.layout` has it."""
+    layers = [graph.attribute(name, "GEOMETRY") for name in BACKS]
+    marked, *rest = (part for layer in layers for part in graph.components(layer.outputs["Vector"]))
+    graph.column()
+    share, red, green = (layer.outputs["Alpha"] for layer in layers)
+    grey = [graph.math("ADD", marked, 1.0), *rest]
+    seen = graph.add("ShaderNodeNewGeometry").outputs["Backfacing"]
+    is_back = graph.math("MULTIPLY", seen, graph.math("LESS_THAN", marked, BAKED_BELOW))
+    colour = graph.add("ShaderNodeCombineXYZ")
+    for entry, channel in zip(
+        colour.inputs, (red, green, graph.math("SUBTRACT", graph.math("SUBTRACT", 3.0, red), green)), strict=True
+    ):
+        graph.feed(entry, channel)
+    graph.column()
+    backs = [graph.vector("MULTIPLY", colour.outputs[0], one) for one in grey]
+    direct_backs = [graph.math("MULTIPLY", share, one) for one in grey]
+    graph.column()
+    return (
+        [graph.mixed(is_back, *pair) for pair in zip(transport, backs, strict=True)],
+        [graph.mixed(is_back, *pair, kind="Float") for pair in zip(direct, direct_backs, strict=True)],
+    )
 
 
 def _turned(

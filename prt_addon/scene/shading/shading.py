@@ -20,7 +20,7 @@ from ..light.lamps import follow_receivers
 from ..material.colour_nodes import add_part, remove_parts
 from ..material.reading import OURS, PART, Constant, has_surface, own_output, read_material
 from ..mesh.carrier import transport_mesh
-from ..mesh.layers import is_baked
+from ..mesh.layers import has_backs, is_baked
 from .relight_group import (
     check_version,
     is_newer,
@@ -29,7 +29,7 @@ from .relight_group import (
     relight_group,
     remove_unused_group,
 )
-from .slots import ROOM, attributes_read
+from .slots import ROOM, ROOM_WITH_BACKS, attributes_read
 from .surface_nodes import build_surface, follow_numbers, sockets_of, structure, write
 
 OUTPUT = "PRT Output"
@@ -66,6 +66,13 @@ _CROWDED = Kind(
     "transport needs nine: it is not relit. Let it read {most} at most.",
     "{count} materials read more attributes of their meshes (UV maps, colours, tangents) than EEVEE takes beside the "
     "transport's nine, and are not relit: {names}.",
+)
+_NO_BACKS = Kind(
+    "Material {name} reads {count} attributes of the mesh (UV maps, colours, tangents), which leaves EEVEE no room for the three of "
+    "backs: these show the light of the fronts. Let it read {most} at most.",
+    "{count} materials read too many attributes of their meshes (UV maps, colours, tangents) beside the three of backs, which show "
+    "the light of the fronts: {names}.",
+    "INFO",
 )
 _GREY = Kind(
     "Material {name}: {why}; it is relit in grey.",
@@ -127,6 +134,7 @@ def add_shading(objects: Iterable[bpy.types.Object], anew: bool = True) -> list[
         if is_own(ob.data) and is_own(ob):
             _fill_empty_slots(ob)
     notices = []
+    two_sided = _two_sided()
     left = [] if anew else relit_materials(objects)
     for material in materials_of(objects):
         if material in left:
@@ -137,9 +145,14 @@ def add_shading(objects: Iterable[bpy.types.Object], anew: bool = True) -> list[
             notices.append(Notice(_NEWER, material.name))
         else:
             remove_from_material(material)
-            notices += _add_to_material(material)
+            notices += _add_to_material(material, material in two_sided)
     follow_receivers()
     return notices
+
+
+def _two_sided() -> set[bpy.types.Material]:
+    """The materials of all objects whose backs have transport of their own."""
+    return set(materials_of(ob for ob in bpy.data.objects if ob.type == "MESH" and has_backs(transport_mesh(ob))))
 
 
 def remove_shading(objects: Iterable[bpy.types.Object]) -> int:
@@ -270,16 +283,24 @@ def _our_output(tree: bpy.types.NodeTree) -> bpy.types.Node:
     return next(node for node in our_nodes(tree) if OURS in node)
 
 
-def _add_to_material(material: bpy.types.Material) -> list[Notice]:
-    """Add our nodes; returns what there is to say about it."""
+def _add_to_material(material: bpy.types.Material, two_sided: bool) -> list[Notice]:
+    """Add our nodes; returns what there is to say about it.
+
+    Args:
+        two_sided: whether meshes that show it have backs with transport of their own.
+    """
     if not has_surface(material):
         return []
     reading = read_material(material, "EEVEE")
-    ignored = [Notice(_GLOWS, material.name)] if reading.emits else []
+    said = [Notice(_GLOWS, material.name)] if reading.emits else []
     if reading.colour is None and not reading.why_not:
-        return [*ignored, Notice(_LIGHTLESS, material.name)]
-    if reading.output and len(read := attributes_read(reading.output)) > ROOM:
-        return [Notice(_CROWDED, material.name, {"count": str(len(read)), "most": str(ROOM)})]
+        return [*said, Notice(_LIGHTLESS, material.name)]
+    count = len(attributes_read(reading.output)) if reading.output else 0
+    if count > ROOM:
+        return [Notice(_CROWDED, material.name, {"count": str(count), "most": str(ROOM)})]
+    if two_sided and count > ROOM_WITH_BACKS:
+        two_sided = False
+        said.append(Notice(_NO_BACKS, material.name, {"count": str(count), "most": str(ROOM_WITH_BACKS)}))
     if not nodes_are_on(material):
         material[HAD_NO_NODES] = True
         turn_nodes(material, True)
@@ -288,7 +309,8 @@ def _add_to_material(material: bpy.types.Material) -> list[Notice]:
     output = own_output(tree, "EEVEE")
 
     group = tree.nodes.new("ShaderNodeGroup")
-    group.node_tree, group.name, group.label, group.width = relight_group(), "PRT Relight", "PRT Relight", 200.0
+    group.node_tree, group.width = relight_group(with_backs=two_sided), 200.0
+    group.name = group.label = "PRT Relight"
     active = [node.name for node in _outputs(tree) if node.is_active_output]
     ours = tree.nodes.new("ShaderNodeOutputMaterial")
     ours.target, ours.name, ours.label = "EEVEE", OUTPUT, "PRT (EEVEE)"
@@ -302,7 +324,7 @@ def _add_to_material(material: bpy.types.Material) -> list[Notice]:
         node.select = False
     ours.is_active_output = True
     _relight(material, group)
-    return ignored + ([Notice(_GREY, material.name, {"why": reading.why_not})] if reading.why_not else [])
+    return said + ([Notice(_GREY, material.name, {"why": reading.why_not})] if reading.why_not else [])
 
 
 def _show_viewport_colour(material: bpy.types.Material) -> None:

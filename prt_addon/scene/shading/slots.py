@@ -7,12 +7,15 @@ from collections.abc import Iterator
 
 import bpy
 
-from ...core.layout import LAYERS
+from ...core.layout import BACKS, LAYERS
 from ..blender.nodes import Wiring
 
 MOST = 14
 ROOM = MOST - len(LAYERS)
 """What is left beside the layers of transport."""
+
+ROOM_WITH_BACKS = ROOM - len(BACKS)
+"""What is left if the layers of backs are read, too."""
 
 _PROCEDURAL = {
     "ShaderNodeTexBrick",

@@ -116,6 +116,45 @@ def test_same_bits_however_triangles_are_numbered():
         np.testing.assert_array_equal(one, other)
 
 
+def turned_over(groups, occluders, number):
+    """The same scene with one of its three panels turned over: its backs, whose receivers these now are, show where fronts did."""
+    third = len(occluders.triangles) // 3
+    part = slice(third * number, third * (number + 1))
+    triangles, fronts = occluders.triangles.copy(), occluders.corner_receiver.copy()
+    triangles[part] = triangles[part][:, ::-1]
+    backs = np.full_like(fronts, -1)
+    backs[part], fronts[part] = fronts[part][:, ::-1], -1
+    return replace(occluders, triangles=triangles, corner_receiver=fronts, back_receiver=backs)
+
+
+@pytest.mark.parametrize("number", [0, 1, 2])
+def test_a_back_returns_light_as_a_front_does(number):
+    """Light that bounces off a panel that was turned over is the same, but for the random corners that stand for hits."""
+    groups, occluders = corner(8)
+    usual = bake(groups, occluders, replace(SETTINGS, samples=256))
+    over = turned_over(groups, occluders, number)
+    for one, other in zip(bake(groups, over, replace(SETTINGS, samples=256)), usual, strict=True):
+        assert np.abs(one - other).max() < 2e-3
+    black = bake(groups, replace(over, back_receiver=None), replace(SETTINGS, samples=256))
+    assert max(np.abs(one - other).max() for one, other in zip(black, usual, strict=True)) > 0.02
+
+
+def test_a_back_has_the_colours_of_its_front():
+    """A checkered floor and a wall of running colour, which lie across the triangles: as in a scene with their fronts there."""
+    groups, occluders = corner(8)
+    occluders = patterned(occluders)
+    third = len(occluders.triangles) // 3
+    tiles, wall = occluders.albedo.patterns
+    for number, pattern in enumerate(
+        (replace(tiles, uv=tiles.uv[:, ::-1]), replace(wall, colours=wall.colours[:, ::-1]))
+    ):
+        patterns = tuple(pattern if k == number else one for k, one in enumerate(occluders.albedo.patterns))
+        over = turned_over(groups, replace(occluders, albedo=Albedo(occluders.albedo.constant, patterns)), number)
+        assert len(over.albedo_of_sides.constant) == 6 * third
+        for one, other in zip(bake(groups, over, SETTINGS), bake(groups, occluders, SETTINGS), strict=True):
+            assert np.abs(one - other).max() < 4e-3
+
+
 def test_a_tolerance_is_reached():
     """Each term is a share of the one before it; what stands for a coarse triangle must not flip for ever."""
     groups, occluders = corner(8)
