@@ -48,9 +48,9 @@ class PRT_OT_show_light(bpy.types.Operator):
         image, beside_sky = light_picture.make_picture(context.scene)
         elsewhere = "" if _show_in_editor(context, image) else " Open it in an Image Editor."
         sides = "the sky on the left, its light on the right" if beside_sky else "the light"
-        kept = light_picture.kept(context.scene.world)
-        shares = " + ".join(f"{share:.1%}" for share in kept.bands)
-        whose = "the sky's energy" if kept.of_sky else "its energy"
+        energy = light_picture.band_energy(context.scene.world)
+        shares = " + ".join(f"{share:.1%}" for share in energy.bands)
+        whose = "the sky's energy" if energy.of_sky else "its energy"
         bands = f"Bands 0, 1 and 2 hold {shares} of {whose}."
         self.report({"INFO"}, f"Image '{image.name}' shows {sides}. {bands}{elsewhere}")
         return {"FINISHED"}

@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 
 from ..prt_addon.core.errors import PRTError
-from ..prt_addon.scene.blender.libraries import check_own
+from ..prt_addon.scene.blender.libraries import check_local
 from ..prt_addon.scene.light import light
 from ..prt_addon.scene.shading import reflections
 from .reporting import reports_errors
@@ -29,7 +29,7 @@ class PRT_OT_add_reflections(bpy.types.Operator):
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
         scene = context.scene
-        check_own(scene, f"Scene '{scene.name}'", "add reflections", PRTError)
+        check_local(scene, f"Scene '{scene.name}'", "add reflections", PRTError)
         if reflections.switch_on(scene):
             self.report(
                 {"INFO"}, "EEVEE traces reflections on the screen, and leaves the light of relit surfaces alone."
@@ -56,7 +56,7 @@ class PRT_OT_remove_reflections(bpy.types.Operator):
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
         scene = context.scene
-        check_own(scene, f"Scene '{scene.name}'", "remove reflections", PRTError)
+        check_local(scene, f"Scene '{scene.name}'", "remove reflections", PRTError)
         reflections.switch_off(scene)
         self.report({"INFO"}, "EEVEE's ray tracing is set as it was before.")
         return {"FINISHED"}

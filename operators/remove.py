@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 
 from ..prt_addon.scene.bake import choose, removal
-from ..prt_addon.scene.blender.libraries import is_own
+from ..prt_addon.scene.blender.libraries import is_local
 from ..prt_addon.scene.blender.modes import object_mode
 from ..prt_addon.scene.light import light
 from ..prt_addon.scene.mesh import carrier, layers, temporary_layer
@@ -36,7 +36,7 @@ class PRT_OT_remove(WhenIdle, bpy.types.Operator):
         if not any(mesh.users and layers.is_baked(mesh) and not probe.is_probe(mesh) for mesh in bpy.data.meshes):
             probe.remove_probes()
             light.remove_lights()
-            for scene in filter(is_own, bpy.data.scenes):
+            for scene in filter(is_local, bpy.data.scenes):
                 reflections.switch_off(scene)
             report.forget_all()
             compare.remove_difference()

@@ -26,12 +26,12 @@ class LightGlance:
     """What there is to see of a world's light.
 
     icon: identifier of a small picture of it; 0 for none.
-    kept: how its energy is spread; None if that is unknown.
+    energy: how it is spread; None if that is unknown.
     """
 
     state: LightState
     icon: int = 0
-    kept: light_picture.Kept | None = None
+    energy: light_picture.BandEnergy | None = None
 
 
 _NOT_YET = LightGlance(LightState(False, "Looking at the world"))
@@ -75,7 +75,7 @@ def _look(world: bpy.types.World | None) -> LightGlance:
         state = light_state(world)
         if not has_light(world):
             return LightGlance(state)
-        return LightGlance(state, light_picture.icon(world), light_picture.kept(world))
+        return LightGlance(state, light_picture.icon(world), light_picture.band_energy(world))
     except PRTError as error:
         return LightGlance(LightState(True, str(error)))
     except _DAMAGED:

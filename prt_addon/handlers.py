@@ -17,7 +17,7 @@ from bpy.app.handlers import persistent
 
 from . import glances
 from .core.errors import PRTError
-from .scene.blender.libraries import is_own
+from .scene.blender.libraries import is_local
 from .scene.light.drivers import drivers_work
 from .scene.light.light import (
     has_light,
@@ -73,7 +73,7 @@ def _follow_lamps() -> None:
     before, session.lamps = session.lamps, lamps_shine()
     if session.lamps == before:
         return
-    for material in filter(is_own, bpy.data.materials):
+    for material in filter(is_local, bpy.data.materials):
         follow_surface(material)
 
 

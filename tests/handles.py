@@ -52,5 +52,5 @@ WHERE = {
     "temporary_layer": "scene.mesh.temporary_layer",
     "trace": "core.bake.trace",
     "whole_bake": "scene.bake.whole_bake",
-    "window": "core.sphere.window",
+    "windowing": "core.sphere.windowing",
 }

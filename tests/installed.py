@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Run by test_package.py in an interpreter of its own: installs a zip into a fresh profile, bakes, and tells.
+"""Run by test_package.py in an interpreter of its own: installs a zip into a fresh profile, bakes, and writes what it found.
 
     python installed.py ZIP FOLDER
 
-Writes FOLDER/told.json and, for every mode that could be baked, FOLDER/MODE.npy: the cube's transport.
+Writes FOLDER/found.json and, for every mode that could be baked, FOLDER/MODE.npy: the cube's transport.
 """
 
 import importlib
@@ -22,19 +22,19 @@ PACKAGE = "bl_ext.user_default.prt_relight"
 
 def main(zip_file: str, folder: Path) -> None:
     bpy.ops.extensions.package_install_files(filepath=zip_file, repo="user_default", enable_on_install=True)
-    told: dict[str, Any] = {"enabled": PACKAGE in bpy.context.preferences.addons, "relit": [], "refusals": {}}
+    found: dict[str, Any] = {"enabled": PACKAGE in bpy.context.preferences.addons, "relit": [], "refusals": {}}
     try:
         for mode in ("UNSHADOWED", "SHADOWED", "INTERREFLECTED"):
             try:
                 np.save(folder / f"{mode}.npy", bake(f"{PACKAGE}.prt_addon", mode))
             except RuntimeError as refusal:
-                told["refusals"][mode] = str(refusal)
+                found["refusals"][mode] = str(refusal)
             if bpy.data.node_groups and "prt_light_0" in bpy.context.scene.world:
-                told["relit"].append(mode)
-        told["wheels"] = {name: where(name) for name in ("embreex", "tqdm")}
+                found["relit"].append(mode)
+        found["wheels"] = {name: where(name) for name in ("embreex", "tqdm")}
     finally:
         bpy.ops.preferences.addon_disable(module=PACKAGE)
-    (folder / "told.json").write_text(json.dumps(told))
+    (folder / "found.json").write_text(json.dumps(found))
 
 
 def bake(addon: str, mode: str) -> npt.NDArray[np.float32]:

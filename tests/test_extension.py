@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What Blender asks of an extension: its manifest, and its registration."""
+"""What Blender requires of an extension: its manifest, and its registration."""
 
 import subprocess
 import sys

@@ -26,7 +26,7 @@ def panel(blender):
 
 
 def operators(blender, classes):
-    """Each operator's class and what Blender knows of it."""
+    """Each operator's class and what Blender has registered of it."""
     for cls in classes:
         if issubclass(cls, blender.types.Operator):
             yield cls, getattr(blender.ops.prt, cls.bl_idname.removeprefix("prt.")).get_rna_type()

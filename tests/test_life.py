@@ -75,7 +75,7 @@ def test_a_session_leaves_nothing_behind():
 
 
 def test_duplicates(blender, ball, states):
-    """A full copy brings its bake and is told apart; a linked one is refused until it may have a mesh of its own."""
+    """A full copy brings its bake and is another; a linked one is refused until it may have a mesh of its own."""
     blender.ops.object.duplicate()
     copy = blender.context.object
     assert copy != ball and "_PRT_0" in copy.data.attributes

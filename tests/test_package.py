@@ -47,12 +47,12 @@ def bare_python(tmp_path_factory):
 
 
 def install(python, zip_file, folder):
-    """What installed.py tells of a zip, and all that was printed meanwhile."""
+    """What installed.py finds of a zip, and all that was printed meanwhile."""
     paths = {"PYTHONPATH": os.pathsep.join(map(str, (headless.CHECKOUT / "tools", TESTS)))}
     command = [python, TESTS / "installed.py", zip_file, folder]
     done = subprocess.run(command, env=os.environ | paths, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
-    return json.loads((folder / "told.json").read_text()), done.stdout + done.stderr
+    return json.loads((folder / "found.json").read_text()), done.stdout + done.stderr
 
 
 def names(zip_file):
@@ -99,10 +99,10 @@ def test_installed_zip_brings_its_ray_caster(zips, bare_python, tmp_path, blende
 
     here = {"Linux": "linux", "Windows": "windows", "Darwin": "macos"}[platform.system()]
     machine = "arm64" if platform.machine() in {"arm64", "aarch64"} else "x64"
-    told, printed = install(bare_python, zips[f"{here}-{machine}"], tmp_path)
-    assert told["enabled"] and told["relit"] == MODES and not told["refusals"]
+    found, printed = install(bare_python, zips[f"{here}-{machine}"], tmp_path)
+    assert found["enabled"] and found["relit"] == MODES and not found["refusals"]
     for name in BUNDLED:
-        assert "prt-profile-" in told["wheels"][name] and ".local" in told["wheels"][name]
+        assert "prt-profile-" in found["wheels"][name] and ".local" in found["wheels"][name]
     for mode in MODES:
         assert np.array_equal(np.load(tmp_path / f"{mode}.npy"), installed.bake(f"{headless.PACKAGE}.prt_addon", mode))
     assert "Traceback" not in printed
@@ -112,11 +112,11 @@ def test_without_a_wheel_the_rest_works(zips, bare_python, tmp_path, blender):
     """Unshadowed transport, light and shading; what needs rays is refused in a sentence that says what to do."""
     from tests import installed
 
-    told, printed = install(bare_python, zips[""], tmp_path)
-    assert told["enabled"] and told["relit"] == ["UNSHADOWED"]
-    assert told["wheels"] == {"embreex": None, "tqdm": None}
-    assert set(told["refusals"]) == {"SHADOWED", "INTERREFLECTED"}
-    assert all("embreex" in said and "Unshadowed" in said for said in told["refusals"].values())
+    found, printed = install(bare_python, zips[""], tmp_path)
+    assert found["enabled"] and found["relit"] == ["UNSHADOWED"]
+    assert found["wheels"] == {"embreex": None, "tqdm": None}
+    assert set(found["refusals"]) == {"SHADOWED", "INTERREFLECTED"}
+    assert all("embreex" in said and "Unshadowed" in said for said in found["refusals"].values())
     baked = np.load(tmp_path / "UNSHADOWED.npy")
     assert np.array_equal(baked, installed.bake(f"{headless.PACKAGE}.prt_addon", "UNSHADOWED"))
     assert "Traceback" not in printed

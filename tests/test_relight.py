@@ -127,7 +127,7 @@ def test_base_colour_keeps_its_texture_and_unbaked_meshes_their_shader(blender, 
             ]
         ).ravel(),
     )
-    emission = tree.nodes.new("ShaderNodeEmission")  # what the unbaked one shows as well: told by a constant
+    emission = tree.nodes.new("ShaderNodeEmission")  # what the unbaked one shows as well: as a constant
     emission.inputs["Color"].default_value = (0.1, 0.2, 0.3, 1.0)
     both = tree.nodes.new("ShaderNodeAddShader")
     output = next(node for node in tree.nodes if node.bl_idname == "ShaderNodeOutputMaterial")

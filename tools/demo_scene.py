@@ -30,7 +30,7 @@ def build() -> None:
 
 
 def diffuse_bounces(scene: bpy.types.Scene) -> int:
-    """Bounces that Cycles needs to answer the question that was baked."""
+    """Bounces that Cycles needs for the light that was baked."""
     return int(scene.prt.bounces) if scene.prt.mode == "INTERREFLECTED" else 0
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Frames of the active scene by EEVEE and Cycles, on the same question, and pictures made of them."""
+"""Frames of the active scene by EEVEE and Cycles, of the same light, and pictures made of them."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def set_up_render(scene: bpy.types.Scene) -> None:
 
 
 def use_cycles(scene: bpy.types.Scene) -> None:
-    """Cycles on the same question: as many diffuse bounces as were baked, and no glossy ones."""
+    """Cycles of the same light: as many diffuse bounces as were baked, and no glossy ones."""
     scene.render.engine = "CYCLES"
     scene.cycles.samples = CYCLES_SAMPLES
     scene.cycles.use_denoising = True

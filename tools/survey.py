@@ -89,7 +89,7 @@ def pressed(path: Path) -> dict[str, Any]:
         baked = [ob for ob in scene.objects if ob.type == "MESH" and layers.is_baked(carrier.transport_mesh(ob))]
         found["said"] = [one.sentence for one in session.notices.get(scene.session_uid, ())]
         found["baked"], found["carried"] = len(baked), sum(carrier.carrier_of(ob) is not None for ob in baked)
-        found["apart"] = _apart(headless, bpy, baked)
+        found["from_cycles"] = _from_cycles(headless, bpy, baked)
     return found
 
 
@@ -111,7 +111,7 @@ def _open(bpy: Any, path: Path) -> None:
     importers[kind](filepath=str(path))
 
 
-def _apart(headless: Any, bpy: Any, baked: list[Any]) -> float | None:
+def _from_cycles(headless: Any, bpy: Any, baked: list[Any]) -> float | None:
     """Relative RMS between EEVEE and Cycles of what was baked, all of it matte, under a soft sky without lamps."""
     scene = bpy.context.scene
     for ob in bpy.data.objects:
@@ -176,8 +176,8 @@ def page(rows: list[tuple[Path, dict[str, Any]]]) -> str:
     """The Markdown page of what was found."""
     done = [found for _, found in rows if found.get("result") == "FINISHED"]
     refused = sum("result" in found for _, found in rows) - len(done)
-    apart = sorted(found["apart"] for found in done if found.get("apart") is not None)
-    middle = f"{apart[len(apart) // 2]:.1%}" if apart else "none"
+    distances = sorted(found["from_cycles"] for found in done if found.get("from_cycles") is not None)
+    middle = f"{distances[len(distances) // 2]:.1%}" if distances else "none"
     lines = [
         "# The first press, in other people's files",
         "",
@@ -187,11 +187,11 @@ def page(rows: list[tuple[Path, dict[str, Any]]]) -> str:
         f"{len(done)} of {len(rows)} bake at the first press. {refused} say in one sentence why nothing can be baked.",
         f"Not opened, or not done in {_PATIENCE} s: {len(rows) - len(done) - refused}.",
         "",
-        f"*Apart*: relative RMS between EEVEE's picture and Cycles', all surfaces matte, under Blender's *forest*; {middle} in",
+        f"*From Cycles*: relative RMS between EEVEE's picture and Cycles', all surfaces matte, under Blender's *forest*; {middle} in",
         "the middle. Nine coefficients and vertices as these files have them are what most of it is. *Carried*: objects whose",
         "transport lies on a carrier. Seconds and MiB of the press with 64 samples and one bounce, Blender included.",
         "",
-        "| File | Baked | Carried | Seconds | MiB | Apart | Said |",
+        "| File | Baked | Carried | Seconds | MiB | From Cycles | Said |",
         "|---|---|---|---|---|---|---|",
     ]
     for path, found in rows:
@@ -201,10 +201,10 @@ def page(rows: list[tuple[Path, dict[str, Any]]]) -> str:
         if "result" not in found:
             lines.append(f"| {name} | | | | | | {said} |")
             continue
-        apart_text = "" if found.get("apart") is None else f"{found['apart']:.1%}"
+        from_cycles_text = "" if found.get("from_cycles") is None else f"{found['from_cycles']:.1%}"
         lines.append(
             f"| {name} | {found.get('baked', 0)} of {found['objects']} | {found.get('carried', '')} | "
-            f"{found['seconds']:.1f} | {found['peak']:.0f} | {apart_text} | {said} |"
+            f"{found['seconds']:.1f} | {found['peak']:.0f} | {from_cycles_text} | {said} |"
         )
     return "\n".join(lines) + "\n"
 

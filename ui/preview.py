@@ -26,10 +26,10 @@ class PRT_PT_light_preview(Tab, bpy.types.Panel):
         layout = self.layout
         glance = light_glance(context.scene.world)
         layout.template_icon(icon_value=glance.icon, scale=7.0)
-        if glance.kept:
+        if glance.energy:
             column = layout.column(align=True)
-            column.label(text="Energy of the sky kept" if glance.kept.of_sky else "Energy by band")
-            for band, share in enumerate(glance.kept.bands):
+            column.label(text="Energy of the sky kept" if glance.energy.of_sky else "Energy by band")
+            for band, share in enumerate(glance.energy.bands):
                 column.label(text=f"Band {band}: {share:.1%}", icon="BLANK1")
         row = layout.row(align=True)
         row.operator("prt.show_light", text="Picture", icon="IMAGE_DATA").kind = "PICTURE"

@@ -35,7 +35,7 @@ def digest(*parts: bytes | npt.NDArray[Any]) -> bytes:
 
 
 _TEMPORARY = ".tmp"
-_FORGOTTEN = 86400.0  # seconds after which a temporary file of another machine is nobody's any more
+_FORGOTTEN = 86400.0  # seconds after which a temporary file of another machine is taken for left behind
 
 
 @contextmanager
@@ -128,7 +128,7 @@ def _flush(path: Path) -> None:
 
 
 def _named(error: OSError, paths: tuple[Path, ...]) -> OSError:
-    """The same error with the name of the file that the user knows."""
+    """The same error with the user's name of the file."""
     name = str(error.filename or "")
     if name and not name.endswith(_TEMPORARY):
         return error

@@ -19,7 +19,7 @@ class Kind:
     Attributes:
         one: the sentence about one of them, with "{name}" and the notice's own details in braces.
         many: the sentence about several, with "{count}" and "{names}".
-        level: a WARNING where the result is not what was asked for.
+        level: a WARNING where the result lacks something that was wanted.
         fix: identifier of the operator that may mend it, such as "prt.subdivide"; empty if there is none.
     """
 

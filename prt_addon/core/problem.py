@@ -227,8 +227,8 @@ class BakeProblem:
     Groups are numbered through all islands, and so are receivers, island by island.
 
     Attributes:
-        fingerprint: of all that receives and blocks light, for the `TraceKey`; whoever reads a scene knows how to make one
-            that is the same on all machines.
+        fingerprint: of all that receives and blocks light, for the `TraceKey`; the reader of the scene makes it, the same on
+            all machines.
     """
 
     islands: Sequence[Island]

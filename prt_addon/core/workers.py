@@ -92,7 +92,7 @@ def uncounted(workers: Workers) -> Workers:
 
 
 ALL_CORES = Workers()
-"""All cores, and nobody who watches."""
+"""All cores, unwatched."""
 
 IN_LINE = Workers(1)
 """For work in Blender's own process, where the extension starts no thread."""

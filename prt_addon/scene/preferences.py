@@ -9,7 +9,7 @@ from bpy.props import FloatProperty
 from ..worker.job import PATIENCE
 
 _EXTENSION = __package__.rpartition(".prt_addon")[0]
-"""The name that Blender knows the extension by."""
+"""Blender's name of the extension."""
 
 
 class PRT_AP_preferences(bpy.types.AddonPreferences):

@@ -163,7 +163,7 @@ def _loaded(parts: list[npt.NDArray[np.uint8]]) -> Any:
 
 
 class _Unpickler(pickle.Unpickler):
-    """Reads what the other process wrote, where `prt_addon` has another name; knows nothing that no message needs."""
+    """Reads what the other process wrote, where `prt_addon` has another name; loads nothing that no message needs."""
 
     def find_class(self, module: str, name: str) -> Any:
         """The engine's own things by the name that they have here; of others, those in `_OTHERS`."""

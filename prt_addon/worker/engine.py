@@ -77,7 +77,7 @@ class Engine:
         """What has arrived; waits some seconds for it. Sends and reads for 10 ms at most, so that a window stays live.
 
         Raises:
-            EngineError: if the engine came to an end, does not start, or answers what nobody understands.
+            EngineError: if the engine came to an end, does not start, or answers what is no message.
         """
         try:
             if self._sent:
@@ -108,7 +108,7 @@ class Engine:
         self._log.close()
 
     def _taken(self) -> list[Any]:
-        """What has arrived; also what arrived just before the engine hung up, which the next look will tell."""
+        """What has arrived; also what arrived just before the engine hung up, which the next look raises."""
         arrived: list[Any] = []
         try:
             for message in self._channel.take(_SLICE):

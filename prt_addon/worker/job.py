@@ -60,12 +60,12 @@ class Job(Generic[Value]):
         self.shows = ""  # what there is to see of it, in words
         self.work, self.done, self.unit = work, Work(), unit
         self._shown: Any = None
-        self._is_new = self._is_kept = False
+        self._is_new = self._keeps_shown = False
         self._doing = doing
-        self._order = serve.Job(task, arguments, run, threads, patience)
+        self._order = serve.Order(task, arguments, run, threads, patience)
         self._speeds = deque([(time.monotonic(), Work())])
         self._cancelled: float | None = None
-        self._outcome: serve.Result | serve.Failure | None = None
+        self._outcome: serve.Success | serve.Failure | None = None
 
     def start(self) -> None:
         """Begin the work; this job is now the `running_job`.
@@ -136,7 +136,7 @@ class Job(Generic[Value]):
 
     def keep(self) -> None:
         """Request that the engine stops and the latest that it has shown is the result."""
-        self._is_kept = self._shown is not None
+        self._keeps_shown = self._shown is not None
         self.cancel()
 
     def result(self) -> Value:
@@ -149,7 +149,7 @@ class Job(Generic[Value]):
         """
         self.wait()
         if isinstance(self._outcome, serve.Failure):
-            if self._is_kept and isinstance(self._outcome.error, Cancelled):
+            if self._keeps_shown and isinstance(self._outcome.error, Cancelled):
                 kept: Value = self._shown
                 return kept
             raise self._outcome.error
@@ -166,7 +166,7 @@ class Job(Generic[Value]):
         if isinstance(word, serve.Shown):
             self._shown, self._is_new = word.value, True
             return
-        if isinstance(word, serve.Result):
+        if isinstance(word, serve.Success):
             self._advance(word.done)
         elif not isinstance(word, serve.Failure):
             raise EngineError("The engine answered something that has no meaning. Nothing was changed: try again.")

@@ -2,8 +2,8 @@
 """Serves jobs in the engine's process: reads one, carries it out, answers; ends when Blender does, or has sent nothing
 for a while.
 
-Blender sends `Job`s, one at a time, and while one is carried out `Continue` and `Cancel`. The engine answers `READY` once, then to
-each job `Progress` now and then, perhaps something `Shown`, and last `Result` or `Failure`. A `Progress` is sent once the
+Blender sends `Order`s, one at a time, and while one is carried out `Continue` and `Cancel`. The engine answers `READY` once, then to
+each job `Progress` now and then, perhaps something `Shown`, and last `Success` or `Failure`. A `Progress` is sent once the
 one before was answered by `Continue`, and what is shown goes out in a thread of its own: Blender may be away for minutes, and
 a full pipe would hold up the bake.
 """
@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from ..core.bake.cache import KeptTraces
+from ..core.bake.cache import TraceCache
 from ..core.bake.run import Run
 from ..core.errors import CANCELLED, Cancelled, EngineError, NoRoom, PRTError
 from ..core.monitor import Monitor, Work
@@ -39,8 +39,8 @@ _PAUSE = 0.05
 
 
 @dataclass(frozen=True)
-class Job:
-    """Blender sends a job: a task and its arguments.
+class Order:
+    """Blender orders a job: a task and its arguments.
 
     task: one of `tasks`, called with the arguments and the run.
     run: what of it is plain data; who watches and what is kept is the engine's business.
@@ -78,7 +78,7 @@ class Cancel:
 
 
 @dataclass(frozen=True)
-class Result:
+class Success:
     """The engine sends the result of a job, and the last word about its progress."""
 
     value: Any
@@ -95,19 +95,19 @@ class Failure:
 def serve(handle: int, patience: float) -> None:
     """Serve the Blender at the other end of the connection until it hangs up, or sends nothing for some seconds."""
     channel = Channel(_connection(handle))
-    kept = KeptTraces()
+    traces = TraceCache()
     try:
         channel.post(READY)
         channel.flush()
-        while job := channel.wait(patience):
-            if isinstance(job, Job):  # a word to a job that has just ended comes too late
+        while order := channel.wait(patience):
+            if isinstance(order, Order):  # a word to a job that has just ended comes too late
                 aside = _Aside(channel)
-                answer = _answer(job, channel, kept, aside)
+                answer = _answer(order, channel, traces, aside)
                 aside.finish()
                 channel.post(answer)
                 channel.flush()
-                patience = job.patience + _LONGER
-        _end("nobody asked for anything")
+                patience = order.patience + _LONGER
+        _end("no job came")
     except (EOFError, OSError) as error:
         _end(f"Blender is gone: {error!r}")
 
@@ -126,19 +126,19 @@ def _connection(handle: int) -> Connection:
     return Connection(handle)
 
 
-def _answer(job: Job, channel: Channel, kept: KeptTraces, aside: _Aside) -> Result | Failure:
+def _answer(order: Order, channel: Channel, traces: TraceCache, aside: _Aside) -> Success | Failure:
     """Carry out a job."""
-    monitor = _ToldMonitor(channel, aside)
+    monitor = _SendingMonitor(channel, aside)
     try:
         monitor.check_cancelled()
-        run = replace(job.run, workers=Workers(job.threads, monitor), kept=kept)
-        return Result(job.task(*job.arguments, run), monitor.done)
+        run = replace(order.run, workers=Workers(order.threads, monitor), traces=traces)
+        return Success(order.task(*order.arguments, run), monitor.done)
     except (PRTError, OSError) as error:
         if isinstance(error, OSError) and error.filename is None:
             return Failure(EngineError(f"The engine failed: {error.strerror or error}. Nothing was changed."))
         return Failure(error)
     except MemoryError:
-        kept.clear()
+        traces.clear()
         return Failure(
             NoRoom(
                 "Memory ran out; nothing was changed. Set a lower Memory limit, or bake with fewer samples or objects."
@@ -150,7 +150,7 @@ def _answer(job: Job, channel: Channel, kept: KeptTraces, aside: _Aside) -> Resu
 
 
 class _Aside:
-    """Sends large messages beside the work. While it is busy nobody else may send."""
+    """Sends large messages beside the work. While it is busy nothing else may be sent."""
 
     def __init__(self, channel: Channel) -> None:
         self._channel = channel
@@ -181,8 +181,8 @@ class _Aside:
             self._sending.result()
 
 
-class _ToldMonitor(Monitor):
-    """Tells Blender of a job's progress, and listens whether it is to go on."""
+class _SendingMonitor(Monitor):
+    """Sends a job's progress to Blender, and reads whether it is to go on."""
 
     def __init__(self, channel: Channel, aside: _Aside) -> None:
         self.done = Work()

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from ..core.bake import bake as core_bake
 from ..core.bake import estimate as core_estimate
 from ..core.bake.bake import BakeResult
-from ..core.bake.cache import KeptScenes
+from ..core.bake.cache import CasterCache
 from ..core.bake.estimate import ShardEstimate
 from ..core.bake.previews import previews
 from ..core.bake.run import Run
@@ -34,7 +34,7 @@ def bake(problem: BakeProblem, run: Run) -> BakeResult:
 
 def bake_with_previews(problem: BakeProblem, run: Run) -> BakeResult:
     """The same bits; `core.bake.previews` show what they will be about."""
-    sharing = replace(run, scenes=KeptScenes())
+    sharing = replace(run, casters=CasterCache())
     for preview in previews(problem, sharing):
         run.workers.monitor.show(preview)
     return core_bake.bake(problem, sharing)
@@ -54,8 +54,8 @@ def estimate(problem: BakeProblem, count: int, run: Run) -> ShardEstimate:
 class Measured:
     """What a report found of one object.
 
-    findings: at points of its surface; None if these were not asked for.
-    errors: (N,) at its receivers; None if these were not asked for.
+    findings: at points of its surface; None if these were not wanted.
+    errors: (N,) at its receivers; None if these were not wanted.
     """
 
     findings: Findings | None

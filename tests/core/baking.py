@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bakes of one island, told in few words; a monitor that notes what it sees."""
+"""Bakes one island, for tests of a bake's settings and its run; a monitor that notes what it sees."""
 
 from prt_addon.core.bake import bake as engine
 from prt_addon.core.bake.run import DEFAULT_RUN

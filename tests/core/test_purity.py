@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The engine knows nothing of Blender."""
+"""The engine never imports Blender."""
 
 import ast
 import os

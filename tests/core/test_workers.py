@@ -64,7 +64,7 @@ def test_cancel_stops_soon_and_comes_out():
 
 
 def test_cancel_drops_what_is_queued():
-    """Chunks that no thread has begun are never begun: here both threads are busy with 1 and 2 when 0 is told."""
+    """Chunks that no thread has begun are never begun: here both threads are busy with 1 and 2 when 0 is stopped."""
     ran, release = [], threading.Event()
 
     def work(part):

@@ -132,7 +132,7 @@ def radiance():
 
 
 def _half_cells(row, height, nodes, weights):
-    """Where a cell between two rows is asked, in rows from the upper centre; at the poles half of it lies in the picture."""
+    """Where a cell between two rows is looked up, in rows from the upper centre; at the poles half of it lies in the picture."""
     low, high = (0.5 if row < 0 else 0.0), (0.5 if row == height - 1 else 1.0)
     return zip(low + nodes * (high - low), weights * (high - low), strict=True)
 

@@ -83,7 +83,7 @@ def test_half_a_light_is_none(blender, part, scene, ball, tmp_path, name, value)
 
 @pytest.mark.parametrize("change", [{"samples": 2**31 - 1}, {"samples": -1}, {"bounces": 10**6}, {"seed": -4}])
 def test_records_of_bakes_that_never_were(blender, part, ball, change):
-    """Of unknown origin, and no report asks for 16 GiB of rays."""
+    """Of unknown origin, and no report casts 16 GiB of rays."""
     record = ball.data["prt_bake"].to_dict()
     ball.data["prt_bake"] = record | change
     [found] = part("freshness").freshness(blender.context, [ball])

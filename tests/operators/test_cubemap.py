@@ -162,7 +162,7 @@ def test_light_is_windowed_like_any_other(blender, part, scene, stage, tmp_path)
     folder = write_float(stage, tmp_path / "Sky", hot_texel("negz", 16))
     blender.ops.prt.import_cubemap(directory=str(folder))
     whole = part("light").read_light(scene.world)
-    factors = np.repeat(part("window").band_factors("HANN"), [1, 3, 5])[:, None]
+    factors = np.repeat(part("windowing").band_factors("HANN"), [1, 3, 5])[:, None]
     scene.prt.window = "HANN"
     for given in ({}, {"window": "NONE"}):
         blender.ops.prt.import_cubemap(directory=str(folder), **given)

@@ -39,7 +39,7 @@ def test_the_default_scene(blender, part, default):
 
 @pytest.mark.parametrize("prepare", ["no world", "no nodes", "a picture already"])
 def test_a_sky_for_any_world(blender, part, scene, stage, prepare):
-    """With or without a world, nodes or a picture; asked for another name, it names those that there are."""
+    """With or without a world, nodes or a picture; given another name, it names those that there are."""
     if prepare == "no nodes":
         scene.world = blender.data.worlds.new("Bare")
         part("nodes").turn_nodes(scene.world, False)

@@ -35,7 +35,7 @@ def test_info_holds_what_matters(blender, scene, stage, capfd):
 
 
 def test_info_of_an_empty_scene(blender, scene, capfd):
-    """Nothing to tell is told as well."""
+    """Of a file without a bake, that too."""
     scene.world = None
     assert blender.ops.prt.copy_info() == {"FINISHED"}
     assert "World: none" in capfd.readouterr().out

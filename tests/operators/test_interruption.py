@@ -160,9 +160,9 @@ def test_a_cancel_is_quick_and_leaves_nothing(blender, part, stage, large, job_o
         while job.running and not moment(job):
             job.wait(0.002)
         assert job.running and blender.ops.prt.cancel() == {"FINISHED"}
-        asked = time.perf_counter()
+        begun = time.perf_counter()
         job.wait()
-        stopped = time.perf_counter() - asked
+        stopped = time.perf_counter() - begun
         with pytest.raises(part("errors").Cancelled):
             job.result()
         return stopped
@@ -192,8 +192,8 @@ def test_progress_counts_bounces_too(part, large, job_of):
 
 def test_long_waits_are_told_in_minutes_and_hours(part):
     spoken = part("job").spoken
-    told = [spoken(seconds) for seconds in (0.4, 59.7, 120, 200, 3560, 3599, 7312)]
-    assert told == ["0 s", "60 s", "120 s", "3 min 20 s", "59 min 20 s", "1 h 0 min", "2 h 2 min"]
+    said = [spoken(seconds) for seconds in (0.4, 59.7, 120, 200, 3560, 3599, 7312)]
+    assert said == ["0 s", "60 s", "120 s", "3 min 20 s", "59 min 20 s", "1 h 0 min", "2 h 2 min"]
 
 
 @pytest.fixture
@@ -207,10 +207,10 @@ def modal(blender, small, job_of):
 
     class Desk(operators.JobOperator):
         def __init__(self):
-            self.make, self.told, self.ended = job_of("SHADOWED", NOT_SOON), [], None
+            self.make, self.reports, self.ended = job_of("SHADOWED", NOT_SOON), [], None
 
         def report(self, kind, sentence):
-            self.told.append((kind, sentence))
+            self.reports.append((kind, sentence))
 
         def _begin(self, _context):
             return self.make()
@@ -245,7 +245,7 @@ def test_escape_ends_the_button(modal):
     assert modal.event("TIMER") == {"RUNNING_MODAL"}
     assert modal.event("ESC", "PRESS") == {"RUNNING_MODAL"}
     assert modal.until_it_ends() == {"CANCELLED"}
-    assert modal.told == [({"WARNING"}, "Cancelled; nothing was changed.")] and modal.ended is None
+    assert modal.reports == [({"WARNING"}, "Cancelled; nothing was changed.")] and modal.ended is None
 
 
 def test_blender_ends_the_button(blender, modal):
@@ -261,7 +261,7 @@ def test_a_second_press_of_the_button_is_refused(modal, job_of):
     other = job_of("SHADOWED", NOT_SOON)()
     other.start()
     assert modal.event("TIMER") == {"CANCELLED"}
-    assert modal.told == [({"ERROR"}, "A bake is running: wait for it, or cancel it.")]
+    assert modal.reports == [({"ERROR"}, "A bake is running: wait for it, or cancel it.")]
     other.cancel()
     other.wait()
 

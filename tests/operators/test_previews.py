@@ -56,11 +56,11 @@ def modal(blender, part):
         update_light = update_shading = True
 
         def __init__(self, samples):
-            self.told = []
+            self.reports = []
             blender.context.scene.prt.samples = samples
 
         def report(self, kind, sentence):
-            self.told.append((*kind, sentence))
+            self.reports.append((*kind, sentence))
 
         def _pieces(self, _context, _key):
             return None
@@ -112,7 +112,7 @@ def test_the_end_is_that_of_a_bake_without_previews(blender, stage, modal, shown
             blender.ops.prt.bake(samples=4, seed=7)
         if samples:
             desk = modal(samples)
-            assert desk.until_it_ends() == {"FINISHED"}, desk.told
+            assert desk.until_it_ends() == {"FINISHED"}, desk.reports
             assert shown and set(shown) <= {16, 64}
         else:
             blender.ops.prt.bake(samples=SAMPLES)
@@ -139,7 +139,7 @@ def test_a_cancel_brings_everything_back(blender, part, stage, modal, again):
         desk.until(lambda until=until: time.monotonic() > until)
         desk.event("ESC", "PRESS")
         assert desk.until_it_ends() == {"CANCELLED"}
-        assert desk.told[-1] == ("WARNING", "Cancelled; nothing was changed.")
+        assert desk.reports[-1] == ("WARNING", "Cancelled; nothing was changed.")
         assert stage.file_snapshot() == before and part("session").session.before is None
 
 
@@ -186,9 +186,9 @@ def test_a_preview_can_be_kept(blender, part, stage, modal):
     desk = modal(LONG).until_shown()
     assert blender.ops.prt.keep_preview() == {"FINISHED"}
     assert desk.until_it_ends() == {"FINISHED"} and part("session").session.before is None
-    kind, told = desk.told[-1]
-    assert kind == "INFO" and told.startswith("Kept the preview of 6 object(s), 816 receivers, ")
-    assert told.endswith(f" of {LONG} rays.")
+    kind, said = desk.reports[-1]
+    assert kind == "INFO" and said.startswith("Kept the preview of 6 object(s), 816 receivers, ")
+    assert said.endswith(f" of {LONG} rays.")
     assert all(f"of {LONG} rays" in text for text in glances(blender, part))
     assert part("light").has_light(blender.context.scene.world) and blender.ops.prt.bake.poll()
 
@@ -209,7 +209,7 @@ def test_a_vertex_that_moves_ends_the_bake(blender, part, stage, modal):
     plain.data.update()
     blender.context.view_layer.update()
     assert desk.event() == {"CANCELLED"} and part("job").running_job() is None
-    assert desk.told[-1] == ("ERROR", "Mesh of 'Plain' was edited during the bake; nothing was changed: bake again.")
+    assert desk.reports[-1] == ("ERROR", "Mesh of 'Plain' was edited during the bake; nothing was changed: bake again.")
     assert np.array_equal(part("layers").read(plain.data), layers)
     assert "preview_of" not in plain.data["prt_bake"]
     assert part("light").read_turn(world)[0, 1] != 0.0
@@ -224,12 +224,12 @@ def test_other_vertices_leave_no_place_for_what_was(blender, part, stage, modal)
     plain.data.update()
     blender.context.view_layer.update()
     assert desk.event() == {"CANCELLED"}
-    assert ("WARNING", f"'{plain.data.name}' was edited: its earlier transport is gone.") in desk.told
+    assert ("WARNING", f"'{plain.data.name}' was edited: its earlier transport is gone.") in desk.reports
     assert "_PRT_0" not in plain.data.attributes and "prt_bake" not in plain.data
 
 
 def test_they_are_missed_at_the_end_too(blender, part, stage, modal):
-    """Where Blender has told of no edit, as in Edit Mode."""
+    """Where Blender has reported no edit, as in Edit Mode."""
     plain, _ = furnish(stage)
     blender.ops.prt.bake(samples=4, seed=7)
     desk = modal(LONG).until_shown()
@@ -267,7 +267,7 @@ def test_objects_may_be_renamed_meanwhile(blender, part, stage, modal):
     desk = modal(LONG).until_shown()
     plain.name = "Ball"
     assert desk.until_it_ends() == {"CANCELLED"}
-    assert "'Plain' was removed or renamed meanwhile" in desk.told[-1][1]
+    assert "'Plain' was removed or renamed meanwhile" in desk.reports[-1][1]
     assert "_PRT_0" not in plain.data.attributes
 
 

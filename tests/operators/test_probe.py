@@ -87,21 +87,21 @@ def test_energy_kept(blender, part, scene, stage, sky):
     picture, read_light = part("light_picture"), part("light").read_light
     stage.environment(stage.picture("Small", stage.six_coloured_sky(100)))  # which no other test looks at
     blender.ops.prt.project_light()
-    assert not picture.kept(scene.world).of_sky and np.isclose(picture.kept(scene.world).bands.sum(), 1)
+    assert not picture.band_energy(scene.world).of_sky and np.isclose(picture.band_energy(scene.world).bands.sum(), 1)
     blender.ops.prt.show_light()
-    assert picture.kept(scene.world).of_sky
-    np.testing.assert_allclose(picture.kept(scene.world).bands.sum(), 1, rtol=1e-3)
+    assert picture.band_energy(scene.world).of_sky
+    np.testing.assert_allclose(picture.band_energy(scene.world).bands.sum(), 1, rtol=1e-3)
     pixels = np.full((64, 128, 3), 0.1, dtype=np.float32)
     pixels[40, 20] = 1000
     stage.environment(stage.picture("Sun", pixels))
     blender.ops.prt.project_light()
-    assert not picture.kept(scene.world).of_sky
+    assert not picture.band_energy(scene.world).of_sky
     blender.ops.prt.show_light()
     solid_angles = np.diff(np.sin(np.pi * (np.arange(65) / 64 - 0.5))) * 2 * np.pi / 128
     total = solid_angles @ (pixels.astype(float) ** 2).sum(axis=(1, 2))
     bands = [(read_light(scene.world)[here] ** 2).sum() for here in (slice(1), slice(1, 4), slice(4, 9))]
-    np.testing.assert_allclose(picture.kept(scene.world).bands, np.array(bands) / total, rtol=1e-5)
-    assert picture.kept(scene.world).bands.sum() < 0.01
+    np.testing.assert_allclose(picture.band_energy(scene.world).bands, np.array(bands) / total, rtol=1e-5)
+    assert picture.band_energy(scene.world).bands.sum() < 0.01
 
 
 def test_probe_in_eevee(blender, part, scene, stage, sky, tmp_path):
@@ -125,7 +125,7 @@ def test_probe_in_eevee(blender, part, scene, stage, sky, tmp_path):
 
 
 def test_one_probe_at_the_cursor(blender, part, scene, stage, sky, tmp_path):
-    """Asked for again, it comes to the 3D cursor; a bake of everything leaves it alone, and Remove takes it away."""
+    """Shown again, it comes to the 3D cursor; a bake of everything leaves it alone, and Remove takes it away."""
     for place in ((0, 0, 0), (1, 2, 3)):
         scene.cursor.location = place
         blender.ops.prt.show_light(kind="PROBE")

@@ -135,7 +135,7 @@ def test_flat_turned_and_mirrored_objects_in_their_own_axes(blender, stage, repo
 
 
 def test_objects_keep_their_own_settings(blender, stage, report, sky):
-    """Two bakes of two kinds in one report, each judged by its own question."""
+    """Two bakes of two kinds in one report, each judged by its own light."""
     for name, x in (("A", -2), ("B", 2)):
         stage.object_of(name, stage.icosphere(3), stage.diffuse(), (x, 0, 0))
         stage.object_of("Floor" + name, stage.grid(16, 1.5), None, (x, 0, -1.3))
@@ -343,7 +343,7 @@ def test_stale_bakes_are_told(blender, report, room):
 
 
 def refusals(blender, scene, part):
-    """Ways to break a good scene, each with what is said, and with the parts that are asked for."""
+    """Ways to break a good scene, each with what is said, and with the parts that are measured."""
     floor = blender.data.objects["Floor"]
     return {
         "nothing baked": (blender.ops.prt.remove, "None of these objects is baked"),

@@ -120,7 +120,7 @@ def test_an_answer_counts_though_the_engine_hangs_up_right_after_it(scene, tmp_p
         "import time\nsys.path[:0] = sys.argv[3:]\n"
         "from prt_addon.core.monitor import Work\nfrom prt_addon.worker import channel, serve\n"
         "line = channel.Channel(handle)\nline.post(serve.READY)\nline.flush()\n"
-        "line.post(serve.Result('whole', Work()))\nline.flush()"
+        "line.post(serve.Success('whole', Work()))\nline.flush()"
     )
     root = str(Path(__file__).parents[2])
     with monkeypatch.context() as patch:

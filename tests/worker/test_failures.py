@@ -46,7 +46,7 @@ def test_an_engine_that_dies_is_a_sentence(scene, end):
 
 
 def test_an_engine_that_dies_while_it_waits_is_replaced(scene):
-    """Nobody hears of it."""
+    """The next bake shows nothing of it."""
     done(scene)
     os.kill(pid(), signal.SIGKILL)
     time.sleep(0.1)
@@ -64,7 +64,7 @@ def test_errors_of_the_engine_are_its_own_sentences(scene: Scene):
 
 
 def test_memory_that_runs_out_is_a_sentence(scene):
-    """Asked for more than any machine has: the engine says so, and lives."""
+    """Given more work than any machine holds: the engine says so, and lives."""
     one = bake(scene, replace(SETTINGS, samples=1 << 45))
     one.start()
     with pytest.raises(NoRoom, match="Memory ran out; nothing was changed"):
@@ -104,7 +104,7 @@ STRANGE = {
 
 @pytest.mark.parametrize("strange", STRANGE)
 def test_whatever_is_no_engine_is_a_sentence(scene, tmp_path, monkeypatch, strange):
-    """It answers nothing, or what nobody understands, or what would be dangerous to understand."""
+    """It answers nothing, or what is no message, or what would be dangerous to load."""
     monkeypatch.chdir(tmp_path)
     text, sentence = STRANGE[strange]
     with monkeypatch.context() as patch:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A person at a screen: Blender's window under Xvfb, seen, clicked and typed at.
 
-Nothing here knows where a button is. `find("Bake PRT")` reads the screen by OCR, as eyes would, so a layout may change
+No button's place is written down here. `find("Bake PRT")` reads the screen by OCR, as eyes would, so a layout may change
 without a change here; what a click came to is read from the state that watch.py writes from inside Blender.
 """
 
@@ -134,7 +134,7 @@ class Window:
         time.sleep(1.0)
 
     def press_at_rest(self, key: str) -> None:
-        """The same over the 3D View, once Blender has done what it was asked before: a busy one misses chords."""
+        """The same over the 3D View, once Blender has done what came before: a busy one misses chords."""
         self.hover_view()
         self.settle()
         self.press(key)

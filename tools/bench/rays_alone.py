@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from measure import NOTHING, Seconds, timed
 
 from prt_addon.core.problem import BakeSettings, Occluders, ReceiverGroup
-from prt_addon.core.transport.direct import Pattern, Receivers
+from prt_addon.core.transport.direct import RayPattern, Receivers
 from prt_addon.core.transport.raycast import RayScene
 from prt_addon.core.workers import ALL_CORES
 
@@ -22,7 +22,7 @@ def rays_alone(groups: Sequence[ReceiverGroup], occluders: Occluders, settings: 
     """
     scene = RayScene(occluders.vertices, occluders.triangles)
     receivers = Receivers.of(groups, scene)
-    pattern = Pattern(settings.samples, settings.seed)
+    pattern = RayPattern(settings.samples, settings.seed)
     query = {"output": True} if settings.mode == "INTERREFLECTED" else {"query": "OCCLUDED"}
     batch = pattern.chunk * _CHUNKS_IN_MEMORY
     total = NOTHING

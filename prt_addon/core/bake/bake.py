@@ -41,11 +41,11 @@ def bake(problem: BakeProblem, run: Run = DEFAULT_RUN) -> BakeResult:
     """Bake the transport of all receivers of a problem.
 
     Light bounces only off triangles whose corners are receivers: an island has groups of everything that shall bounce
-    it, also of what nobody wants the transport of. The result has the same bits whatever the order of the groups, the
+    it, also of objects whose transport is not wanted. The result has the same bits whatever the order of the groups, the
     number of threads and the chunk size.
 
     Receivers inside other geometry take the light of open parts around them (see `transport.cover`), in whichever mode casts rays. The
-    findings tell their share, and of objects that no light reaches or that float32 is too coarse for.
+    findings hold their share, and name objects that no light reaches or that float32 is too coarse for.
 
     Raises:
         MeshError: coordinates that are not finite, or nothing to cast rays at.
@@ -97,22 +97,22 @@ def _bake_island(island: Island, settings: BakeSettings, run: Run) -> BakeResult
         traced = trace_island(island, settings, run)
         direct = _split(traced.direct, traced.sizes)
         return BakeResult(direct, direct, traced.findings)
-    traced = _kept_or_traced(island, settings, run)
+    traced = _cached_or_traced(island, settings, run)
     transport = bounce(traced, island.occluders, settings, run)
     return BakeResult(transport, _split(traced.direct, traced.sizes), traced.findings)
 
 
-def _kept_or_traced(island: Island, settings: BakeSettings, run: Run) -> Traced:
-    if run.kept is None:
+def _cached_or_traced(island: Island, settings: BakeSettings, run: Run) -> Traced:
+    if run.traces is None:
         return trace_island(island, settings, run)
     key = island.trace_key(settings)
     run.workers.monitor.check_cancelled()  # the key of a large scene takes a moment
-    traced = run.kept.find(key)
+    traced = run.traces.find(key)
     if traced:
         run.workers.monitor.advance(Work(rays=settings.samples * len(island)))
     else:
         traced = trace_island(island, settings, run)
-        run.kept.keep(key, traced)
+        run.traces.add(key, traced)
     return traced
 
 

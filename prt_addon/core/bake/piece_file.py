@@ -23,7 +23,7 @@ import numpy.typing as npt
 
 from ..files import write_arrays, written
 from ..sphere import sh
-from ..transport.hits import KeptHits, corners
+from ..transport.hits import PackedHits, corners
 
 _BROKEN = (
     OSError,
@@ -61,7 +61,7 @@ class PieceFile:
     header: dict[str, Any]
 
 
-def write_piece(path: Path, header: dict[str, Any], direct: npt.NDArray[np.float32], hits: KeptHits | None) -> None:
+def write_piece(path: Path, header: dict[str, Any], direct: npt.NDArray[np.float32], hits: PackedHits | None) -> None:
     """Write a piece to a file, whole or not at all.
 
     Raises:
@@ -85,7 +85,7 @@ def read_header(path: Path) -> PieceFile | None:
 
 def read_piece(
     file: PieceFile, samples: int, bounces: bool, corner_count: int
-) -> tuple[npt.NDArray[np.float32], KeptHits | None] | None:
+) -> tuple[npt.NDArray[np.float32], PackedHits | None] | None:
     """Read the direct transport (n, 9) and the hits of a piece; None if it is damaged, or not what its header says.
 
     Args:
@@ -110,7 +110,7 @@ def read_piece(
             packed = _array(archive, "packed.npy", "<u8", (int(starts[-1]),))
             if len(packed) and int(corners(packed).max()) >= corner_count:
                 return None
-            return direct, KeptHits(samples, starts, packed)
+            return direct, PackedHits(samples, starts, packed)
     except _BROKEN:
         return None
 

@@ -52,9 +52,9 @@ def is_worth(problem: BakeProblem) -> bool:
 
 def previews(problem: BakeProblem, run: Run) -> Iterator[Preview]:
     """Bake the previews of a bake, unless the run has kept its traces. Their rays are not counted; errors as those of `bake`."""
-    if run.kept and all(run.kept.find(island.trace_key(problem.settings)) for island in problem.islands):
+    if run.traces and all(run.traces.find(island.trace_key(problem.settings)) for island in problem.islands):
         return
-    watching = replace(run, workers=uncounted(run.workers), kept=None, pieces=None)
+    watching = replace(run, workers=uncounted(run.workers), traces=None, pieces=None)
     islands = [_unmended(island) for island in problem.islands]
     for settings in preview_settings(problem.settings):
         yield Preview(settings, problem.settings.samples, bake(BakeProblem(islands, settings), watching))

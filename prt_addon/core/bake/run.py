@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ..workers import ALL_CORES, Workers
-from .cache import KeptScenes, KeptTraces
+from .cache import CasterCache, TraceCache
 from .shards import PieceFolder
 
 MEMORY = 2 << 30
@@ -21,15 +21,15 @@ class Run:
 
     Attributes:
         workers: who casts the rays, and who watches.
-        kept: where traces of interreflected bakes are kept; one that is found there needs no new rays.
-        scenes: where ray casters are kept, if there will be several passes over the same occluders.
+        traces: of earlier interreflected bakes; one that is found there needs no new rays.
+        casters: of the occluders, if there will be several passes over the same occluders.
         memory: bytes of hits that stay in memory; those beyond lie on disk, and light bounces more slowly.
         pieces: where what rays find is saved while they are cast; what is there already needs no new rays.
     """
 
     workers: Workers = ALL_CORES
-    kept: KeptTraces | None = None
-    scenes: KeptScenes | None = None
+    traces: TraceCache | None = None
+    casters: CasterCache | None = None
     memory: int = MEMORY
     pieces: PieceFolder | None = None
 

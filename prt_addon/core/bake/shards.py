@@ -25,7 +25,7 @@ import numpy.typing as npt
 from ..errors import ShardError
 from ..files import digest
 from ..problem import BOUNCING, TraceKey
-from ..transport.hits import KeptHits
+from ..transport.hits import PackedHits
 from .piece_file import PieceFile, read_header, read_piece, write_piece
 
 _SUFFIX = ".npz"
@@ -66,7 +66,7 @@ class Piece:
 
     receivers: slice
     direct: Float32
-    hits: KeptHits | None
+    hits: PackedHits | None
     found: bool = False
 
 

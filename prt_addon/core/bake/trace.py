@@ -17,7 +17,7 @@ from ..problem import BakeSettings, Island, ReceiverGroup
 from ..sphere import sh
 from ..transport.cover import Faces, Fit, Samples, sample_covered
 from ..transport.direct import Receivers, shadowed
-from ..transport.hits import HitStore, KeptHits, trace
+from ..transport.hits import HitStore, PackedHits, trace
 from ..transport.inside import Fill, Mend, Surroundings, find_buried, is_dark
 from ..transport.raycast import RayScene
 from ..workers import uncounted
@@ -90,15 +90,15 @@ def trace_island(island: Island, settings: BakeSettings, run: Run = DEFAULT_RUN)
         direct[piece.receivers] = piece.direct
         if piece.hits:
             hits.add(piece.hits)
-    around = Surroundings(caster.scene, occluders.vertices, occluders.triangles)
+    surroundings = Surroundings(caster.scene, occluders.vertices, occluders.triangles)
     edges, dark = _edges(island.groups), is_dark(direct)
-    buried = find_buried(around, receivers, edges, direct, settings.seed, run.workers)
+    buried = find_buried(surroundings, receivers, edges, direct, settings.seed, run.workers)
     samples = sample_covered(caster.scene, receivers, _faces(island.groups), edges, dark, settings.seed, run.workers)
     direct = np.concatenate([direct, *_sampled(caster, samples, hits)])
     mend = Mend(Fit(samples, len(receivers)), Fill(buried & ~samples.covered, edges))
     mend(direct)
     mended = buried | samples.covered
-    findings = list(_findings(island.groups, around.scene, direct, mended))
+    findings = list(_findings(island.groups, surroundings.scene, direct, mended))
     return Traced([len(group) for group in island.groups], direct, hits, mend, mended, findings)
 
 
@@ -115,7 +115,7 @@ class Found(NamedTuple):
     """What rays found: (n, 9) transport without bounces, and what light may bounce off, in a bake with bounces."""
 
     direct: Float32
-    hits: KeptHits | None
+    hits: PackedHits | None
 
 
 class Caster:
@@ -123,7 +123,7 @@ class Caster:
 
     def __init__(self, island: Island, settings: BakeSettings, run: Run) -> None:
         self._run, occluders = run, island.occluders
-        self.scene = (run.scenes.of if run.scenes else RayScene.of)(occluders, run.workers.monitor)
+        self.scene = (run.casters.of if run.casters else RayScene.of)(occluders, run.workers.monitor)
         self.receivers = Receivers.of(island.groups, self.scene)
         self._settings = settings
         self._returns = (occluders.receiver_at_corners >= 0).any(axis=1)

@@ -112,10 +112,10 @@ def write_transport(path: Path, transport: Array, vertex_count: int) -> None:
 
 def write_both(light_path: Path, light: Array, transport_path: Path, transport: Array, vertex_count: int) -> None:
     """Write both files as one: whatever happens, they belong together. Arguments and errors as those of either."""
-    lit, carried = _course_rows(light_path, light.T).T, _course_rows(transport_path, transport)
+    light_rows, transport_rows = _course_rows(light_path, light.T).T, _course_rows(transport_path, transport)
     with written(light_path, transport_path) as (for_light, for_transport):
-        _write(for_light, lit)
-        _write(for_transport, carried, header=str(vertex_count))
+        _write(for_light, light_rows)
+        _write(for_transport, transport_rows, header=str(vertex_count))
 
 
 def read_transport(path: Path, corner_count: int) -> tuple[Array, Flavour]:

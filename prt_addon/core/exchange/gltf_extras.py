@@ -48,7 +48,7 @@ class SceneLight:
     strength: float
 
 
-def written(layout: int, axes: Array, light: SceneLight | None) -> dict[str, Any]:
+def to_extras(layout: int, axes: Array, light: SceneLight | None) -> dict[str, Any]:
     """Extras as plain data.
 
     Args:
@@ -67,13 +67,13 @@ def written(layout: int, axes: Array, light: SceneLight | None) -> dict[str, Any
     if light:
         found["light"] = light.light.tolist()
         found["lamps"] = light.lamps.tolist()
-        found["suns"] = suns_written(light.suns)
+        found["suns"] = suns_as_extras(light.suns)
         found["turn"] = light.turn.T.tolist()  # its columns
         found["strength"] = light.strength
     return found
 
 
-def read(extras: Any, layout: int) -> SceneLight | None:
+def from_extras(extras: Any, layout: int) -> SceneLight | None:
     """The light that extras hold, None if they hold none.
 
     Args:
@@ -98,7 +98,7 @@ def read(extras: Any, layout: int) -> SceneLight | None:
     return _light(extras) if "light" in extras else None
 
 
-def suns_written(lamps: Lamps) -> list[dict[str, Any]]:
+def suns_as_extras(lamps: Lamps) -> list[dict[str, Any]]:
     """Lamps as plain data."""
     return [_sun(lamp, lamps.colour) for lamp in lamps.lamps]
 

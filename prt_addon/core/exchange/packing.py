@@ -46,18 +46,18 @@ def pack_transport(glb: Glb, suns: bool) -> int:
 def _pack(glb: Glb, primitive: dict[str, Any], suns: bool) -> int:
     layers = np.stack([glb.values(primitive["attributes"].pop(name)) for name in LAYERS], axis=1)
     numbers, scales = rounded(layers[..., :3].astype(np.float64))
-    own = bool(layers[0, 0, 3] < OWN_AXES_BELOW)
+    own_axes = bool(layers[0, 0, 3] < OWN_AXES_BELOW)
     extras = primitive.setdefault("extras", {})[EXTRAS] = {
-        "view": glb.add_view(packed(numbers)),
+        "view": glb.add_view(to_bytes(numbers)),
         "scales": scales.tolist(),
-        "space": "OBJECT" if own else "SCENE",
+        "space": "OBJECT" if own_axes else "SCENE",
     }
     materials = glb.document.get("materials", ())
     if suns or ("material" in primitive and is_glossy(materials[primitive["material"]])):
         direct = layers[..., 3].astype(np.float64)
-        direct[:, 0] += 2.0 if own else 1.0  # its marks
+        direct[:, 0] += 2.0 if own_axes else 1.0  # its marks
         step = max(float(np.abs(direct).max(initial=0.0)), 1e-9) / (SUN_STEPS if suns else DIRECT_STEPS)
-        extras["direct"], extras["directScale"] = glb.add_view(packed_direct(np.rint(direct / step))), step
+        extras["direct"], extras["directScale"] = glb.add_view(direct_to_bytes(np.rint(direct / step))), step
     return len(layers)
 
 
@@ -78,7 +78,7 @@ def rounded(transport: npt.NDArray[np.float64]) -> tuple[npt.NDArray[np.int32], 
     return np.rint(transport / scales[:, None]).astype(np.int32), scales
 
 
-def packed(numbers: npt.NDArray[np.int32]) -> bytes:
+def to_bytes(numbers: npt.NDArray[np.int32]) -> bytes:
     """Whole numbers (N, 9, 3) as bytes, the low ones of all numbers and then the high ones.
 
     Red and blue are kept as what they differ from green by, each number as what it differs by from that of the vertex
@@ -92,7 +92,7 @@ def packed(numbers: npt.NDArray[np.int32]) -> bytes:
     return (signless & 255).astype(np.uint8).tobytes() + (signless >> 8).astype(np.uint8).tobytes()
 
 
-def packed_direct(numbers: npt.NDArray[np.float64]) -> bytes:
+def direct_to_bytes(numbers: npt.NDArray[np.float64]) -> bytes:
     """Whole numbers (N, 9) up to `SUN_STEPS`, a byte each: coefficient by coefficient, as what each vertex differs by from the
     one before, modulo 256."""
     steps = np.diff(numbers.astype(np.int16), axis=0, prepend=np.int16(0)).T

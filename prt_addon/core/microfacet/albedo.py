@@ -63,8 +63,8 @@ def by_uniform_sampling(mu: float, roughness: float, samples: int, seed: int = 0
         ValueError: if a cosine or a roughness is out of its range, here and below.
     """
     _check(mu, roughness)
-    along, around = np.random.default_rng(seed).random((2, samples))
-    incoming = _direction(1.0 - along, 2.0 * np.pi * around)
+    along, azimuth = np.random.default_rng(seed).random((2, samples))
+    incoming = _direction(1.0 - along, 2.0 * np.pi * azimuth)
     brdf = single_scattering(_outgoing(mu), incoming, alpha_of(roughness))
     return SampledMean.of(2.0 * np.pi * brdf * incoming[:, 2])
 
@@ -76,9 +76,9 @@ def by_ggx_sampling(mu: float, roughness: float, samples: int, seed: int = 0) ->
     `f cos_in / density = G cos / (mu cos_half)`. Poor at grazing angles, where most normals that are drawn are hidden.
     """
     _check(mu, roughness)
-    along, around = np.random.default_rng(seed).random((2, samples))
+    along, azimuth = np.random.default_rng(seed).random((2, samples))
     alpha = alpha_of(roughness)
-    half = _direction(np.sqrt((1.0 - along) / (1.0 + (alpha**2 - 1.0) * along)), 2.0 * np.pi * around)
+    half = _direction(np.sqrt((1.0 - along) / (1.0 + (alpha**2 - 1.0) * along)), 2.0 * np.pi * azimuth)
     cosine = half @ _outgoing(mu)
     cos_in = 2.0 * cosine * half[:, 2] - mu
     returned = (cosine > 0.0) & (cos_in > 0.0)
@@ -97,17 +97,17 @@ def by_quadrature(mu: npt.ArrayLike, roughness: npt.ArrayLike, points: int = _PO
     _check(mu, roughness)
     nodes, weights = np.polynomial.legendre.leggauss(points)  # type: ignore[no-untyped-call]
     along = (nodes[:, None] + 1.0) / 2.0
-    around = np.pi * (np.arange(points) + 0.5) / points  # the other half mirrors it
+    azimuth = np.pi * (np.arange(points) + 0.5) / points  # the other half mirrors it
     cosines, alphas = np.broadcast_arrays(np.asarray(mu, dtype=np.float64), alpha_of(roughness))
     found = np.empty((2, *cosines.shape))
     for place in np.ndindex(cosines.shape):
-        weight, grazing = _visible(cosines[place], alphas[place], along, around)
+        weight, grazing = _visible(cosines[place], alphas[place], along, azimuth)
         found[(0, *place)] = weights @ (weight * (1.0 - grazing)).mean(axis=1) / 2.0
         found[(1, *place)] = weights @ (weight * grazing).mean(axis=1) / 2.0
     return DirectionalAlbedo(*found)
 
 
-def _visible(mu: float, alpha: float, along: Array, around: Array) -> tuple[Array, Array]:
+def _visible(mu: float, alpha: float, along: Array, azimuth: Array) -> tuple[Array, Array]:
     """What visible facets return, and their `(1 - cos)**5`: the mean of their product with F is the albedo.
 
     Seen from one direction, the facets of GGX are the points of a stretched hemisphere, and the mirrored rays of a
@@ -118,12 +118,12 @@ def _visible(mu: float, alpha: float, along: Array, around: Array) -> tuple[Arra
         mu: cosine of the outgoing direction.
         alpha: width of the distribution.
         along: places in [0, 1] from the cap's middle outwards.
-        around: azimuth of the cap's points, in radians; shapes broadcast.
+        azimuth: azimuth of the cap's points, in radians; shapes broadcast.
     """
     outgoing = _outgoing(mu)
     stretched = outgoing * (alpha, alpha, 1.0)
     stretched /= np.linalg.norm(stretched)
-    half = (_direction((1.0 - along) * (1.0 + stretched[2]) - stretched[2], around) + stretched) * (alpha, alpha, 1.0)
+    half = (_direction((1.0 - along) * (1.0 + stretched[2]) - stretched[2], azimuth) + stretched) * (alpha, alpha, 1.0)
     half /= np.linalg.norm(half, axis=-1, keepdims=True)
     cosine = half @ outgoing
     cos_in = 2.0 * cosine * half[..., 2] - mu

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""GGX holds how the normals of a rough surface are spread, and how its facets hide each other.
+"""Evaluates GGX: how the normals of a rough surface are spread, and how its facets hide each other.
 
 The distribution is Trowbridge & Reitz's, known as GGX since Walter et al. 2007; masking and shadowing are Smith's, in the
-form that knows that both grow with the depth of a facet (Heitz 2014, "Understanding the Masking-Shadowing Function",
+form in which both grow with the depth of a facet (Heitz 2014, "Understanding the Masking-Shadowing Function",
 equations 72 and 99). Directions are unit vectors in the frame of the surface, whose normal is +z.
 """
 

@@ -14,7 +14,7 @@ from .tessellation import Tessellation
 from .truncation import Truncation
 
 ENOUGH = 0.01
-"""An error that nobody sees, beside which nothing needs to be done."""
+"""An error too small to see, beside which nothing needs to be done."""
 
 _DECAY = 0.79  # four times the samples leave a third of the noise
 _WORTH_IT = 0.75  # what a remedy must leave of an error at most, to be named

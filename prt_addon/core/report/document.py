@@ -133,5 +133,5 @@ def with_interval(number: Estimate) -> Json:
 
 
 def _plain(number: float) -> float | None:
-    """JSON knows no NaN; five digits are more than any interval leaves."""
+    """JSON has no NaN; five digits are more than any interval leaves."""
     return float(f"{number:.5g}") if isfinite(number) else None

@@ -49,7 +49,7 @@ class Findings:
         weights: (n,) the area each point stands for.
         shown: (n, 3) what the shader shows.
         truth: (2, n, 3) what arrives.
-        kept: (2, n, 3) what the light stored on the world would show, of transport without noise.
+        truncated: (2, n, 3) what the light stored on the world would show, of transport without noise.
         orders: (2, 6, n, 3) the same of the sky in orders 1 to 6, none windowed.
         sunless: (2, n, 3) what the stored order loses of the sky without its suns; None if it has none.
         at_points: (2, m, 3) what fresh bakes show at m of the points, m < n where the bake had many samples, and
@@ -65,7 +65,7 @@ class Findings:
     weights: Float64
     shown: Float64
     truth: Float64
-    kept: Float64
+    truncated: Float64
     orders: Float64
     sunless: Float64 | None
     at_points: Float64
@@ -97,7 +97,7 @@ def find(subject: Subject, light: Lighting, effort: Effort, workers: Workers = A
 
     radiance, transport = _truth(subject, light, points, weights, effort, workers)
     projected = light.projected(subject.axes)
-    kept = _clamped_twice(dot(transport[:, :, : len(shown_light)], shown_light))
+    truncated = _clamped_twice(dot(transport[:, :, : len(shown_light)], shown_light))
     orders = [_clamped_twice(_truncated(transport, projected[0], order)) for order in ORDERS]
     sunless = None
     if light.suns.matter:
@@ -110,7 +110,7 @@ def find(subject: Subject, light: Lighting, effort: Effort, workers: Workers = A
         weights=weights,
         shown=shown,
         truth=radiance[:, :, 0],
-        kept=kept,
+        truncated=truncated,
         orders=np.stack(orders, axis=1),
         sunless=sunless,
         at_points=at_points,
@@ -188,16 +188,16 @@ def _outside(
 ) -> tuple[npt.NDArray[np.bool_], SurfacePoints, npt.NDArray[np.bool_]]:
     """Which points can be seen at all; all points with no share in corners that cannot; and which have such corners.
 
-    What lies inside other geometry is seen by nobody: an error there is none.
+    What lies inside other geometry is never seen: errors there do not count.
     """
     if not subject.casts_rays or not len(points):
         return np.ones(len(points), dtype=np.bool_), points, np.zeros(len(points), dtype=np.bool_)
-    around = subject.scenery.around
+    surroundings = subject.scenery.surroundings
     receivers = subject.receivers_at(points.positions, points.normals, np.arange(len(points)))
-    seen = around.backs(receivers, effort.seed, workers) <= INSIDE
+    seen = surroundings.backs(receivers, effort.seed, workers) <= INSIDE
     corners, place = np.unique(points.corners, return_inverse=True)
     receivers = subject.receivers_at(subject.group.points[corners], subject.group.normals[corners], corners)
-    clear = (around.backs(receivers, effort.seed, workers) <= INSIDE)[place.reshape(points.corners.shape)]
+    clear = (surroundings.backs(receivers, effort.seed, workers) <= INSIDE)[place.reshape(points.corners.shape)]
     shares = np.where(clear, points.shares, 0.0)
     whole = shares.sum(axis=1, keepdims=True)
     return seen, replace(points, shares=shares / np.where(whole > 0.0, whole, 1.0)), ~clear.all(axis=1)

@@ -18,7 +18,7 @@ import numpy.typing as npt
 from ..problem import BakeSettings
 from ..transport.direct import Receivers, shadowed, unshadowed
 from ..transport.gather import Gather
-from ..transport.hits import KeptHits, corners, trace
+from ..transport.hits import PackedHits, corners, trace
 from ..workers import ALL_CORES, Workers
 from .subject import Scenery, Subject
 
@@ -51,7 +51,7 @@ def fresh_transport(
     return (direct[:, None, :] + gather(np.ascontiguousarray(light))).transpose(0, 2, 1)
 
 
-def _bounced_from(scenery: Scenery, settings: BakeSettings, hits: KeptHits, workers: Workers) -> Float32:
+def _bounced_from(scenery: Scenery, settings: BakeSettings, hits: PackedHits, workers: Workers) -> Float32:
     """(N, 9, 3) of all receivers: what is stored, and of those that are hit and not baked, their direct light."""
     receivers = scenery.receivers
     known = scenery.transport

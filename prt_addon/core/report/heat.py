@@ -20,7 +20,7 @@ PATHS = 128
 def receiver_errors(subject: Subject, light: Lighting, seed: int, workers: Workers = ALL_CORES) -> Float64:
     """(N,) by how much each receiver is too bright, mean of the channels, as a share of the object's true RMS.
 
-    Receivers inside other geometry, which nobody sees, get zero.
+    Receivers inside other geometry, which are never seen, get zero.
     """
     group = subject.group
     receivers = subject.receivers_at(group.points, group.normals, np.arange(len(group)))
@@ -30,6 +30,6 @@ def receiver_errors(subject: Subject, light: Lighting, seed: int, workers: Worke
     shown = clamped(dot(subject.transport, light.shown(subject.axes)))
     seen = np.ones(len(group), dtype=np.bool_)
     if subject.casts_rays:
-        seen = subject.scenery.around.backs(receivers, seed, workers) <= INSIDE
+        seen = subject.scenery.surroundings.backs(receivers, seed, workers) <= INSIDE
     whole = np.sqrt((truth[seen] ** 2).mean()) if seen.any() else 0.0
     return np.where(seen, (shown - truth).mean(axis=-1), 0.0) / (whole or 1.0)

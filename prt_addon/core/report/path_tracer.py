@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Traces paths to the sky in full resolution, without spherical harmonics: the light that really arrives.
 
-The question is the bake's own: white Lambertian receivers, shading normals, sides that return light by their
+Surfaces are those of the bake: white Lambertian receivers, shading normals, sides that return light by their
 albedo, as many bounces. Each vertex of a path looks for the sky twice, along a direction drawn by the sky's brightness
 and along one drawn by the cosine, and both are weighed by the balance heuristic (Veach & Guibas 1995, "Optimally
 Combining Sampling Techniques for Monte Carlo Rendering", equation 13): suns are found by the first, the broad sky by

@@ -80,7 +80,7 @@ class Scenery:
         return RayScene.of(self.occluders)
 
     @cached_property
-    def around(self) -> Surroundings:
+    def surroundings(self) -> Surroundings:
         """What receivers may lie inside of."""
         return Surroundings(self.scene, self.occluders.vertices, self.occluders.triangles)
 

@@ -45,7 +45,7 @@ def truncation(found: Sequence[Findings]) -> Truncation:
             *pooled(found, lambda one: product(*one.sunless) if one.sunless is not None else np.zeros(len(one.weights)))
         )
     return Truncation(
-        relative_rms(*pooled(found, lambda one: product(*(one.kept - one.truth)))),
+        relative_rms(*pooled(found, lambda one: product(*(one.truncated - one.truth)))),
         {
             order: relative_rms(*pooled(found, lambda one, k=k: product(*(one.orders[:, k] - one.truth))))  # type: ignore[misc]
             for k, order in enumerate(ORDERS)

@@ -96,8 +96,8 @@ def find_lamps(picture: Float32, most: int, enough: float = 0.0) -> Lamps:
     return _fewest(picture, [Lamps(), *found], enough) if enough else found[-1]
 
 
-def followed(found: Sequence[Sequence[Lamp]]) -> list[list[Lamp]]:
-    """Follow lamps from moment to moment: in rows of equal length, each lamp is followed by the nearest one.
+def tracked(found: Sequence[Sequence[Lamp]]) -> list[list[Lamp]]:
+    """Track lamps from moment to moment: in rows of equal length, each lamp is followed by the nearest one.
 
     What is not there at a moment is a lamp without light, where it was last seen, or will be seen first.
     """
@@ -199,12 +199,12 @@ def _lamps(spots: _Spots, seeds: Array) -> Lamps:
         )
     lamps, taken, owner = [], np.zeros(3), _owners(spots.directions, middles)
     for number, middle in enumerate(middles):
-        own = owner == number
-        power = float(flux[own].sum())
-        spread = (flux[own] * (1.0 - spots.directions[own] @ middle)).sum() / power
+        its = owner == number
+        power = float(flux[its].sum())
+        spread = (flux[its] * (1.0 - spots.directions[its] @ middle)).sum() / power
         radius = float(2.0 * np.sqrt(max(spread, 0.0)))  # of a disc of radius R: mean of angle^2 / 2 is R^2 / 4
         lamps.append(Lamp(middle, power, radius))
-        taken += spots.excess[own].sum(axis=0)
+        taken += spots.excess[its].sum(axis=0)
     red, green, blue = taken / taken.mean()
     return Lamps(tuple(lamps), (float(red), float(green), float(blue)), float(taken.sum() / spots.whole.sum()))
 

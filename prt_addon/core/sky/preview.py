@@ -46,7 +46,7 @@ def turned_picture(picture: Picture, turn: Array, height: int) -> Picture:
 
 
 def energy(picture: Picture | Array) -> float:
-    """The integral of the square over the sphere and all channels, as `window.energy_shares` wants it for a total.
+    """The integral of the square over the sphere and all channels, as `windowing.energy_shares` wants it for a total.
 
     Args:
         picture: (height, width, 3) radiance.

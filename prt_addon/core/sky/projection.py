@@ -162,13 +162,13 @@ def _polar_integrals(height: int, order: int, interpolated: bool) -> dict[tuple[
     integrals = {}
     for (band, m), value in polar.items():
         value = value * ring**m * measure
-        own, lost = (value * (1.0 - to_next)).sum(axis=1), value * to_next
+        here, lost = (value * (1.0 - to_next)).sum(axis=1), value * to_next
         below, above = lost[:, places < 0.0].sum(axis=1), lost[:, places > 0.0].sum(axis=1)
-        own[:-1] += below[1:]
-        own[1:] += above[:-1]
-        own[0] += below[0]  # beyond the centres of the outermost rows there is nothing to blend with
-        own[-1] += above[-1]
-        integrals[band, m] = own
+        here[:-1] += below[1:]
+        here[1:] += above[:-1]
+        here[0] += below[0]  # beyond the centres of the outermost rows there is nothing to blend with
+        here[-1] += above[-1]
+        integrals[band, m] = here
     return integrals
 
 

@@ -23,7 +23,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..workers import ALL_CORES, Workers
-from .direct import Pattern, Receivers
+from .direct import RayPattern, Receivers
 from .raycast import RayScene
 
 Float32 = npt.NDArray[np.float32]
@@ -214,7 +214,7 @@ def _placed(receivers: Receivers, corners: Int64, number: Int64, where: Float64)
 
 def _probed(scene: RayScene, receivers: Receivers, seed: int, workers: Workers) -> tuple[Float64, Float64]:
     """(N,) shares of each receiver's probing rays that leave the scene, and that end on the back of a face."""
-    pattern = Pattern(_PROBES, seed)
+    pattern = RayPattern(_PROBES, seed)
     sky, backs = np.empty(len(receivers)), np.empty(len(receivers))
 
     def work(part: slice) -> None:
@@ -240,8 +240,8 @@ def _covered(
     nearest = _nearest(start, places[face], is_open[face])
     normals = receivers.normals[receiver]
     leaves = _leads_out(scene, start, places[face, nearest], normals)
-    asked = np.bincount(receiver, minlength=len(receivers))
-    covered: Bools = (asked > 0) & (2 * np.bincount(receiver, leaves, len(receivers)) >= asked)
+    looks = np.bincount(receiver, minlength=len(receivers))
+    covered: Bools = (looks > 0) & (2 * np.bincount(receiver, leaves, len(receivers)) >= looks)
     leads_out = np.zeros(corners.shape, dtype=np.bool_)
     leads_out[face, corner] = leaves & covered[receiver]
     return covered, leads_out

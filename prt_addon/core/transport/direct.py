@@ -120,7 +120,7 @@ def shadowed(
     Returns:
         (N, 9) float32, order 2.
     """
-    pattern = Pattern(samples, seed)
+    pattern = RayPattern(samples, seed)
     out = np.empty((len(receivers), sh.coefficient_count(sh.ORDER)), dtype=np.float32)
 
     def work(part: slice) -> Work:
@@ -149,7 +149,7 @@ class Rays:
     above: npt.NDArray[np.bool_] | None = None
 
 
-class Pattern:
+class RayPattern:
     """One cosine-weighted Fibonacci set, turned about the normal of each receiver by a random azimuth.
 
     Since all receivers share the set in their local frames, projection is a product of visibility (N x S) with

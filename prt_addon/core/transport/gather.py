@@ -21,7 +21,7 @@ from ..monitor import Work
 from ..problem import BOUNCE_IN_RAYS, THIN
 from ..surface import Albedo
 from ..workers import ALL_CORES, Workers
-from .hits import ONE, STEADY_BITS, HitStore, KeptHits, Packed, barycentrics, corners
+from .hits import ONE, STEADY_BITS, HitStore, Packed, PackedHits, barycentrics, corners
 from .sources import Sources
 
 Float32 = npt.NDArray[np.float32]
@@ -65,7 +65,7 @@ class _Piece:
     """
 
     receivers: slice
-    hits: KeptHits
+    hits: PackedHits
     pattern_starts: Int64
     pattern_colours: npt.NDArray[np.uint16]
 
@@ -82,7 +82,7 @@ class Gather:
 
     def __init__(
         self,
-        hits: HitStore | KeptHits,
+        hits: HitStore | PackedHits,
         albedo: Albedo,
         corner_receiver: npt.NDArray[np.integer[Any]],
         workers: Workers = ALL_CORES,
@@ -96,7 +96,7 @@ class Gather:
             workers: who does it, now and in each bounce; their monitor sees the bounces done,
             counted: of so many of the receivers; of all if None.
         """
-        store = HitStore.of(hits) if isinstance(hits, KeptHits) else hits
+        store = HitStore.of(hits) if isinstance(hits, PackedHits) else hits
         self.channels = 1 if albedo.is_grey else 3
         self.sources = Sources.of(albedo, corner_receiver, self.channels)
         self._workers, self._samples, self._receivers = workers, store.samples, len(store)
@@ -202,7 +202,7 @@ class Gather:
             pattern_starts, colours = self._pattern_colours(hits, albedo)
             yield _Piece(slice(start, stop), hits, pattern_starts, spill.keep(colours))
 
-    def _pattern_colours(self, hits: KeptHits, albedo: Albedo) -> tuple[Int64, npt.NDArray[np.uint16]]:
+    def _pattern_colours(self, hits: PackedHits, albedo: Albedo) -> tuple[Int64, npt.NDArray[np.uint16]]:
         """Where each receiver's hits on patterned triangles start, (N + 1,), and their colours in fixed point."""
         starts = np.zeros(len(hits) + 1, dtype=np.int64)
         if not albedo.patterns or not len(hits):
@@ -234,7 +234,7 @@ def _run_sums(returned_light: Float32, source: Int64, starts: Int64, tint: Float
         tint: (H, C) what the channels are multiplied by; 1 if None.
         block: receivers that are summed at a time, which changes no result.
     """
-    filled = np.flatnonzero(np.diff(starts))  # `reduceat` knows no empty runs
+    filled = np.flatnonzero(np.diff(starts))  # `reduceat` cannot sum empty runs
     begins = starts[filled]
     bounds = np.append(begins[::block], len(source))
     begins -= np.repeat(bounds[:-1], block)[: len(begins)]

@@ -13,7 +13,7 @@ from ..files import Spill, memory_of
 from ..monitor import Work
 from ..sphere import sh
 from ..workers import ALL_CORES, Workers
-from .direct import Pattern, Receivers
+from .direct import RayPattern, Receivers
 from .raycast import Hits, RayScene
 
 Float32 = npt.NDArray[np.float32]
@@ -28,7 +28,7 @@ STEADY_BITS = 0xFFC0
 
 
 @dataclass(frozen=True)
-class KeptHits:
+class PackedHits:
     """Hits that return light, eight bytes each, in the order of the receivers and of the rays of each.
 
     Attributes:
@@ -66,21 +66,21 @@ class HitStore:
             budget: bytes that may stay in memory; the hits beyond are kept on disk (see `spill`).
         """
         self.samples = samples
-        self.pieces: list[KeptHits] = []
+        self.pieces: list[PackedHits] = []
         self.spill = Spill(budget)
 
     @classmethod
-    def of(cls, hits: KeptHits) -> HitStore:
+    def of(cls, hits: PackedHits) -> HitStore:
         """A store of one piece, all in memory."""
         store = cls(hits.samples, sys.maxsize)
         store.add(hits)
         return store
 
-    def add(self, hits: KeptHits) -> None:
+    def add(self, hits: PackedHits) -> None:
         """Append the hits of the next receivers. Such as lie in a file already cost no memory."""
         if hits.samples != self.samples:
             raise ValueError(f"hits of {hits.samples} rays per receiver among those of {self.samples}")
-        self.pieces.append(KeptHits(hits.samples, hits.starts, self.spill.keep(hits.packed)))
+        self.pieces.append(PackedHits(hits.samples, hits.starts, self.spill.keep(hits.packed)))
 
     @property
     def count(self) -> int:
@@ -114,7 +114,7 @@ def trace(
     seed: int,
     returns: npt.NDArray[np.bool_],
     workers: Workers = ALL_CORES,
-) -> tuple[Float32, KeptHits]:
+) -> tuple[Float32, PackedHits]:
     """Trace rays: direct transport, the same bits as `direct.shadowed`, and what the blocked rays hit.
 
     A hit on a side that returns nothing blocks the light all the same.
@@ -130,7 +130,7 @@ def trace(
     Returns:
         (N, 9) float32 direct transport, and the hits.
     """
-    pattern, both = Pattern(samples, seed), len(returns) > scene.triangles
+    pattern, both = RayPattern(samples, seed), len(returns) > scene.triangles
     direct = np.empty((len(receivers), sh.coefficient_count(sh.ORDER)), dtype=np.float32)
     starts = np.zeros(len(receivers) + 1, dtype=np.int64)
     chunks: dict[int, Packed] = {}
@@ -151,7 +151,7 @@ def trace(
 
     workers.run(len(receivers), pattern.chunk, work)
     np.cumsum(starts, out=starts)
-    return direct, KeptHits(samples, starts, _joined(chunks, starts, workers))
+    return direct, PackedHits(samples, starts, _joined(chunks, starts, workers))
 
 
 def _packed(hits: Hits, which: npt.NDArray[np.intp], ids: npt.NDArray[np.int64], samples: int) -> Packed:

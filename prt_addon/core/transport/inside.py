@@ -26,7 +26,7 @@ import numpy.typing as npt
 from ..sphere import sh
 from ..workers import ALL_CORES, Workers
 from .cover import Fit
-from .direct import Pattern, Receivers
+from .direct import RayPattern, Receivers
 from .gather import Gather
 from .raycast import RayScene
 
@@ -128,7 +128,7 @@ class Surroundings:
 
     def backs(self, receivers: Receivers, seed: int, workers: Workers) -> Float64:
         """(N,) share of each receiver's rays that end on the back of a face."""
-        pattern = Pattern(_PROBES, seed)
+        pattern = RayPattern(_PROBES, seed)
         share = np.empty(len(receivers))
 
         def work(part: slice) -> None:
@@ -153,7 +153,7 @@ class Surroundings:
 
 
 def find_buried(
-    around: Surroundings,
+    surroundings: Surroundings,
     receivers: Receivers,
     edges: Ints,
     direct: Float32,
@@ -163,7 +163,7 @@ def find_buried(
     """Find the receivers that lie inside other geometry and can be filled from outside, as the top of this file says.
 
     Args:
-        around: the geometry that they may lie in.
+        surroundings: the geometry that they may lie in.
         receivers: N points.
         edges: (E, 2) pairs of receivers that are neighbours on a mesh.
         direct: (N, 9) their shadowed transport.
@@ -180,14 +180,14 @@ def find_buried(
     candidates = np.flatnonzero(inside)
     if not len(candidates):
         return inside
-    inside[candidates] = around.backs(receivers[candidates], seed, workers) > _BACKS
+    inside[candidates] = surroundings.backs(receivers[candidates], seed, workers) > _BACKS
     ends_inside = inside[edges]
     region = _regions(edges[ends_inside.all(axis=1)], len(receivers), workers)
     out = edges[ends_inside[:, 0] != ends_inside[:, 1]]
     out = np.where(inside[out[:, :1]], out, out[:, ::-1])  # from the inside outwards
     start, end = receivers.points[out[:, 0]], receivers.points[out[:, 1]]
     lift = _LIFT * np.linalg.norm(end - start, axis=1)[:, None]
-    crossed = around.pass_through_a_back(
+    crossed = surroundings.pass_through_a_back(
         start + lift * receivers.normals[out[:, 0]], end + lift * receivers.normals[out[:, 1]]
     )
     workers.monitor.check_cancelled()

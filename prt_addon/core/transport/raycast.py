@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Wraps embreex in one safe class, the only place that knows its traps.
+"""Wraps embreex in one safe class, the only place that deals with its traps.
 
 It owns what the ray caster wants and does not check: float32, contiguous arrays of equal length (a mismatch
 crashes the interpreter), coordinates near the origin.
@@ -101,7 +101,7 @@ class RayScene:
         Args:
             vertices: (V, 3) finite coordinates in any unit.
             triangles: (T, 3) vertex indices, counter-clockwise seen from the front. Without any, all rays leave.
-            monitor: asked now and then whether to go on.
+            monitor: checked for a cancel now and then.
             one_sided: (T,) whether rays pass through the back of a triangle; through none if None.
             opacity: which share of the rays a triangle stops; all if None.
 
@@ -204,11 +204,11 @@ class RayScene:
         """(R,) which of some rays the surfaces that they hit let through."""
         triangle = hits.triangle[rays]
         passes = (triangle >= 0) & self._may_pass.take(triangle, mode="clip")
-        asked = np.flatnonzero(passes)
-        rays, triangle = rays[asked], triangle[asked]
-        passes[asked] = self._one_sided[triangle] & ~hits.front[rays]
+        may_pass = np.flatnonzero(passes)
+        rays, triangle = rays[may_pass], triangle[may_pass]
+        passes[may_pass] = self._one_sided[triangle] & ~hits.front[rays]
         if self._opacity is not None:
-            passes[asked] |= self._opacity.lets_through(triangle, hits.u[rays], hits.v[rays], directions[rays])
+            passes[may_pass] |= self._opacity.lets_through(triangle, hits.u[rays], hits.v[rays], directions[rays])
         return passes
 
     @staticmethod

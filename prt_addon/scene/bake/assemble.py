@@ -16,7 +16,7 @@ from ...core.problem import BakeProblem, BakeSettings
 from ..mesh.carrier import Geometry
 from ..mesh.meshes import positions
 from ..mesh.record import Evidence, IdentitySum
-from .islands import Read, around, fingerprint, first_groups, island
+from .islands import Read, fingerprint, first_groups, island, of_others
 from .plan import BakePlan, ObjectToBake
 
 
@@ -74,7 +74,7 @@ def _object_to_bake(one: ReadObject, group: int, everything: IdentitySum) -> Obj
         read.surface,
         read.receivers,
         one.space,
-        Evidence(read.identity, one.matrix, around(everything, read) if one.stays else IdentitySum()),
+        Evidence(read.identity, one.matrix, of_others(everything, read) if one.stays else IdentitySum()),
         group,
         (len(ob.data.vertices), len(ob.data.loops)),
         positions(ob.data),

@@ -41,8 +41,8 @@ class Before:
             for ob in objects
         ]
         self._relit = {material.session_uid for material in shading.relit_materials(objects)}
-        self._lit = set[int]()
-        self._kept = set[int]()
+        self._newly_relit = set[int]()
+        self._fake_users = set[int]()
         self.carriers = carrier.ours()
         self.light: LentLight | None = None
 
@@ -52,11 +52,11 @@ class Before:
             found = by_uid(bpy.data.objects, held.carrier.carrier)
             if found and not found.use_fake_user:
                 found.use_fake_user = True
-                self._kept.add(held.carrier.carrier)
+                self._fake_users.add(held.carrier.carrier)
 
     def note_shading(self, objects: Iterable[bpy.types.Object]) -> None:
         """Note that materials of these objects were relit."""
-        self._lit |= {material.session_uid for material in shading.relit_materials(objects)} - self._relit
+        self._newly_relit |= {material.session_uid for material in shading.relit_materials(objects)} - self._relit
 
     def put_back(self) -> list[str]:
         """Bring all that was noted back.
@@ -75,12 +75,12 @@ class Before:
                 if ob and ob.type == "MESH":
                     held.carrier.restore(ob)
             carrier.sweep(but=self.carriers)
-        for uid in self._kept:
+        for uid in self._fake_users:
             if found := objects.get(uid):
                 found.use_fake_user = False
         if self.light:
             self.light.take_back()
-        materials = [material for material in bpy.data.materials if material.session_uid in self._lit]
+        materials = [material for material in bpy.data.materials if material.session_uid in self._newly_relit]
         shading.restore(materials, [objects[held.uid] for held in self._held if held.uid in objects])
         return lost
 

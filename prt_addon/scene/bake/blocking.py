@@ -33,7 +33,7 @@ def blocking_faces(
     """The faces of an evaluated object that light stops at, by their materials.
 
     Volumes without a surface have none. Those with Backface Culling let light through from behind, as in EEVEE: Cycles
-    knows no such thing, but outlines made of turned-over hulls would blacken what they enclose.
+    has no such rule, but outlines made of turned-over hulls would blacken what they enclose.
 
     Returns:
         The surface of those faces; and of all triangles the number of sides that block light, None if that is always two.

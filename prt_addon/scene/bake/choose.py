@@ -10,7 +10,7 @@ import bpy
 from ...core.errors import MeshError
 from ...core.layout import BACKS, LAYERS
 from ...core.notices import Kind, Notice, counted
-from ..blender.libraries import is_own
+from ..blender.libraries import is_local
 from ..mesh.carrier import is_carrier, transport_mesh
 from ..mesh.record import is_newer
 from ..shading.probe import is_probe
@@ -108,7 +108,7 @@ def sorted_out(objects: Iterable[bpy.types.Object]) -> tuple[list[bpy.types.Obje
     """Sort out the objects that a bake can be written to; a notice on each of the others."""
     kept, notices = [], []
     for ob in objects:
-        if not is_own(ob) or not is_own(ob.data):
+        if not is_local(ob) or not is_local(ob.data):
             notices.append(Notice(_LINKED, ob.name))
         elif is_newer(transport_mesh(ob)):
             notices.append(Notice(_NEWER, ob.name))

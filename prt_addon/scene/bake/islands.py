@@ -45,7 +45,7 @@ class Read:
         return [notice for found in (self.albedo, self.opacity) if found for notice in found.notices]
 
 
-def around(everything: IdentitySum, read: Read) -> IdentitySum:
+def of_others(everything: IdentitySum, read: Read) -> IdentitySum:
     """Sum up all that blocks light beside an object that was read."""
     return everything.without(read.identity) if read.blocks else everything
 
@@ -73,8 +73,8 @@ def fingerprint(receiving: Iterable[tuple[str, Read]], everything: IdentitySum) 
     parts = [f"{everything.occluders:x}".encode()]
     for space, read in receiving:
         if read.receivers:
-            own = read.identity
-            parts += [space.encode(), own.shape, own.normals, own.placement]
+            identity = read.identity
+            parts += [space.encode(), identity.shape, identity.normals, identity.placement]
     return digest(*parts).hex()
 
 

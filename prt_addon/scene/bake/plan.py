@@ -43,7 +43,7 @@ class ObjectToBake:
 class BakePlan:
     """A bake of some objects of a scene.
 
-    objects: in the order that was asked for.
+    objects: in the order of the request.
     problem: for the engine. Its first island is the scene; each object that may move has one of its own.
     notices: what the user should know.
     radii: of all that stays in its place, with the name of the object, or none.

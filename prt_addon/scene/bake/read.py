@@ -2,7 +2,7 @@
 """Reads the scene as it renders: receivers of the objects to bake, and all that blocks light or bounces it.
 
 Reading has two steps, as Cycles cannot evaluate a material while another render goes on. While Blender shows the scene as
-it renders, everything becomes arrays; after that, the colours that are still missing are asked for.
+it renders, everything becomes arrays; after that, Cycles evaluates the colours that are still missing.
 """
 
 from __future__ import annotations
@@ -111,7 +111,7 @@ class _Chosen:
 class _Found:
     """All that renders.
 
-    chosen: of those that were asked for, the ones that render.
+    chosen: of the objects to bake, those that render.
     others: all else that blocks light, and the object whose it is; None for an instance.
     instances: how many each object shows that are not relit.
     """
@@ -126,13 +126,13 @@ class _Request:
     """What is to be read of a scene.
 
     spaces: of the objects to bake.
-    around: whether to read all that stands around them.
+    with_others: whether to read all that stands around them.
     receives: whether to read receivers of the objects; those of all else if light bounces, too.
     bounces: whether to read colours.
     """
 
     spaces: Mapping[bpy.types.Object, Space]
-    around: bool
+    with_others: bool
     receives: bool
     bounces: bool
 
@@ -182,13 +182,19 @@ def survey(
         request = _Request(spaces, others, False, bounces)
         found = as_rendered(context, lambda depsgraph: _read_all(depsgraph, request, materials))
         drafts = {ob: one.draft for ob, one in found.chosen.items() if one.draft}
-        own = {ob: draft.complete().identity for ob, draft in drafts.items()}
+        identities = {ob: draft.complete().identity for ob, draft in drafts.items()}
         blocking = {ob: draft.blocks for ob, draft in drafts.items()}
-        around = [draft.complete().identity for _, draft in found.others]
-    everything = IdentitySum.of([*(own[ob] for ob in own if blocking[ob]), *around])
+        everything = IdentitySum.of(
+            [
+                *(one for ob, one in identities.items() if blocking[ob]),
+                *(draft.complete().identity for _, draft in found.others),
+            ]
+        )
     return [
-        Evidence(own[ob], found.chosen[ob].matrix, everything.without(own[ob]) if blocking[ob] else everything)
-        if ob in own
+        Evidence(
+            identities[ob], found.chosen[ob].matrix, everything.without(identities[ob]) if blocking[ob] else everything
+        )
+        if ob in identities
         else None
         for ob in objects
     ]
@@ -227,7 +233,7 @@ def _read_all(depsgraph: bpy.types.Depsgraph, request: _Request, materials: Mate
             found.chosen[ob] = _read_chosen(ob, instance.object, matrix, blocks, request, materials)
             if request.spaces[ob] == "SCENE":
                 continue
-        if not request.around or not blocks or not np.isfinite(matrix).all():
+        if not request.with_others or not blocks or not np.isfinite(matrix).all():
             continue
         draft = _read_other(instance.object, matrix, request.bounces and request.receives, request.bounces, materials)
         if draft and draft.is_finite:
@@ -253,9 +259,9 @@ def _read_chosen(
     if np.linalg.matrix_rank(world[:3, :3]) < 2:
         chosen.why_not = _FLAT
     if request.spaces[ob] == "OBJECT":
-        own = _own_axes_matrix(world)
-        matrix, blocks = (world, blocks) if own is None else (own, True)
-        chosen.why_not = _SHEARED if own is None else None
+        in_own_axes = _own_axes_matrix(world)
+        matrix, blocks = (world, blocks) if in_own_axes is None else (in_own_axes, True)
+        chosen.why_not = _SHEARED if in_own_axes is None else None
     with _as_mesh(evaluated) as mesh:
         if not len(mesh.polygons):
             chosen.why_not = _NO_FACES
@@ -326,7 +332,7 @@ def _receivers(
 
 
 def _can_hold(ob: bpy.types.Object, evaluated: bpy.types.Mesh) -> bool:
-    """Whether an object's own mesh has room for its transport: as many vertices as render, and nobody else to show it."""
+    """Whether an object's own mesh has room for its transport: as many vertices as render, and no other object shows it."""
     return not is_shared(ob) and same_topology(ob.data, evaluated)
 
 
@@ -340,7 +346,7 @@ def _is_unlit(instance: bpy.types.DepsgraphObjectInstance, spaces: Mapping[bpy.t
 
 
 def _left_out(wanted: Sequence[bpy.types.Object], found: _Found) -> list[Notice]:
-    """A notice on each object that was asked for and cannot be baked."""
+    """A notice on each object that was to be baked and cannot be."""
     notices = []
     for ob in wanted:
         one = found.chosen.get(ob)

@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 
 from ...core.errors import MeshError
-from ..blender.libraries import check_own
+from ..blender.libraries import check_local
 from ..mesh import carrier, layers
 from ..mesh.record import RECORD, check_version
 
@@ -16,7 +16,7 @@ def check_removable(ob: bpy.types.Object) -> None:
     mesh = carrier.transport_mesh(ob)
     if RECORD in mesh or layers.is_baked(mesh):
         owner = ob if carrier.carrier_of(ob) else mesh
-        check_own(owner, f"Mesh '{mesh.name}' of '{ob.name}'", "remove", MeshError)
+        check_local(owner, f"Mesh '{mesh.name}' of '{ob.name}'", "remove", MeshError)
         check_version(ob, mesh)
 
 

@@ -167,7 +167,7 @@ class WholeBake:
     def write(
         self, context: bpy.types.Context, result: BakeResult, preview: Preview | None = None
     ) -> tuple[list[Notice], list[str]]:
-        """Write the transport of all objects of the plan, and light and shading if asked for.
+        """Write the transport of all objects of the plan, and light and shading if they are wanted.
 
         Into the scene that was read, whichever the window shows by now.
 

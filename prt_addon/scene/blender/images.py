@@ -16,7 +16,7 @@ _ROWS_AT_A_TIME = 64
 
 
 class Undecodable(PictureError):
-    """A picture that is there, but that only Blender knows how to decode."""
+    """A picture that is there, but that Blender alone can decode."""
 
 
 def linear_pixels(image: bpy.types.Image, opaque: bool = False) -> npt.NDArray[np.float32]:

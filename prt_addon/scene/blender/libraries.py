@@ -8,18 +8,18 @@ import bpy
 from ...core.errors import PRTError
 
 
-def is_own(data: bpy.types.ID) -> bool:
+def is_local(data: bpy.types.ID) -> bool:
     """Whether a data-block is this file's own, so that what is written to it stays."""
     return data.is_editable and data.override_library is None
 
 
-def check_own(data: bpy.types.ID, what: str, then: str, error: type[PRTError]) -> None:
+def check_local(data: bpy.types.ID, what: str, then: str, error: type[PRTError]) -> None:
     """Raises an error that says what to do, unless a data-block is this file's own.
 
     Args:
         what: names it: "Mesh 'Ball' of 'Ball'".
         then: what it was needed for: "bake".
     """
-    if not is_own(data):
+    if not is_local(data):
         how = "is a library override" if data.override_library else "is linked from a library"
         raise error(f"{what} {how}: make it local, then {then}.")

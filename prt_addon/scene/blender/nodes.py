@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 
 class Wiring:
-    """What feeds what in node trees, for as long as nobody changes them.
+    """What feeds what in node trees, for as long as these do not change.
 
     Links are looked up once a tree: `socket.links` goes through all links of the tree each time. A muted link
     feeds nothing. A muted node hands an input on, as Blender has it. Reroutes are seen through, and lead nowhere in a loop.
@@ -179,7 +179,7 @@ def _is_circular(tree: bpy.types.NodeTree) -> bool:
 
 
 def feeding_socket(entry: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
-    """The output that feeds an input; None if nothing does. To ask about many inputs, keep a `Wiring`."""
+    """The output that feeds an input; None if nothing does. For many inputs, keep a `Wiring`."""
     return Wiring().source(entry)
 
 
@@ -279,11 +279,11 @@ class Graph:
         self.feed(node.inputs[0], direction)
         return self.vector("NORMALIZE", node.outputs[0])
 
-    def normal_or_own(self, normal: bpy.types.NodeSocket) -> bpy.types.NodeSocket:
+    def normal_or_surface_normal(self, normal: bpy.types.NodeSocket) -> bpy.types.NodeSocket:
         """A normal that a group is given; the surface's own where nothing feeds it, as it is 0 there."""
         fed = self.vector("DOT_PRODUCT", normal, normal)
-        own = self.add("ShaderNodeNewGeometry").outputs["Normal"]
-        return self.mixed(self.math("GREATER_THAN", fed, 0.0), own, normal)
+        surface_normal = self.add("ShaderNodeNewGeometry").outputs["Normal"]
+        return self.mixed(self.math("GREATER_THAN", fed, 0.0), surface_normal, normal)
 
     def components(self, vector: bpy.types.NodeSocket) -> list[bpy.types.NodeSocket]:
         """x, y and z of a vector."""

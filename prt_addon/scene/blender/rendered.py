@@ -4,7 +4,7 @@ sets.
 
 Blender hands that state of a scene to render engines only. So a render engine of ours renders a frame of 16 x 16
 pixels (fewer are refused where the output is a movie), and reads instead of drawing: milliseconds, and the same on every
-machine. Engine, resolution, camera, handlers, the last picture and values that nobody has keyed yet are afterwards what
+machine. Engine, resolution, camera, handlers, the last picture and values that are not keyed yet are afterwards what
 they were.
 """
 
@@ -19,7 +19,7 @@ import bpy
 from ...core.errors import RenderError
 from .unkeyed import unkeyed_values
 
-Result = TypeVar("Result")
+Value = TypeVar("Value")
 
 _ENGINE = "PRT_READER"
 _PICTURE = "Render Result"
@@ -56,7 +56,7 @@ class _Reader(bpy.types.RenderEngine):
             _Reader.failed = error
 
 
-def as_rendered(context: bpy.types.Context, read: Callable[[bpy.types.Depsgraph], Result]) -> Result:
+def as_rendered(context: bpy.types.Context, read: Callable[[bpy.types.Depsgraph], Value]) -> Value:
     """Call a function with the depsgraph that renders of a context's scene and view layer see.
 
     Args:
@@ -81,7 +81,7 @@ def as_rendered(context: bpy.types.Context, read: Callable[[bpy.types.Depsgraph]
         raise _Reader.failed
     if not _Reader.found:
         raise RenderError(f"Blender could not evaluate scene '{scene.name}' for rendering: render it once to see why.")
-    found: Result = _Reader.found.pop()
+    found: Value = _Reader.found.pop()
     return found
 
 
@@ -127,7 +127,7 @@ def _camera(scene: bpy.types.Scene) -> Iterator[None]:
 
 @contextmanager
 def _handlers_silenced() -> Iterator[None]:
-    """Nobody's script hears of the frame: it is none."""
+    """Silence handlers: scripts take the frame for a real one otherwise."""
     names = [name for name in dir(bpy.app.handlers) if name.startswith("render_")]
     lists: Sequence[list[Any]] = [getattr(bpy.app.handlers, name) for name in (*names, *_SILENT)]
     before = [list(handlers) for handlers in lists]

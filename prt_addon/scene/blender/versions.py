@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Checks versions of what is stored in files: bakes, lights and node groups count theirs from 1, each on its own.
 
-What is older is replaced where it is used. What is newer is refused and left as it is, since nobody can know today
+What is older is replaced where it is used. What is newer is refused and left as it is, since it cannot be known today
 what it will hold. What carries no version, or a strange one, counts as 0: older than all, and of unknown origin.
 """
 

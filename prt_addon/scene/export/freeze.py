@@ -13,7 +13,7 @@ from ...core.layout import FROZEN
 from ...core.notices import Kind, Notice
 from ...core.shown import linear_to_srgb, shown
 from ...core.sphere.rotation import rotation_matrix
-from ..blender.libraries import is_own
+from ..blender.libraries import is_local
 from ..light import light
 from ..mesh import layers
 from ..mesh.carrier import show_light, transport_mesh
@@ -51,7 +51,7 @@ def freeze(ob: bpy.types.Object, world: bpy.types.World, encoding: Encoding) -> 
     """
     mesh = transport_mesh(ob)
     carried = mesh != ob.data
-    if not is_own(mesh) or (carried and not is_own(ob)):
+    if not is_local(mesh) or (carried and not is_local(ob)):
         return [Notice(_LINKED, ob.name)]
     sky = light.shown_light(world)
     if layers.space_of(mesh) == "OBJECT":

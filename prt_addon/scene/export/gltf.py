@@ -86,10 +86,10 @@ class glTF2ExportUserExtension:
         """Take our layers away from among the vertex colours."""
         if not self._concerns_us:
             return
-        own = {colour.name for colour in mesh.color_attributes} - {*LAYERS, *BACKS}
+        painted = {colour.name for colour in mesh.color_attributes} - {*LAYERS, *BACKS}
         for primitive in gltf_mesh.primitives:
             if LAYERS[0] in primitive.attributes:
-                drop_colours(primitive.attributes, bool(own))
+                drop_colours(primitive.attributes, bool(painted))
 
     def gather_scene_hook(self, gltf_scene: Any, scene: bpy.types.Scene, settings: dict[str, Any]) -> None:
         """Write the light of the scene's world, and what of the meshes is wanted. With the last scene all materials are gathered."""
@@ -146,7 +146,7 @@ def extras(scene: bpy.types.Scene, axes: npt.NDArray[np.float64]) -> dict[str, A
         axes: (3, 3) rows, Blender's axes in those of the file.
     """
     light = light_of(scene.world) if has_light(scene.world) else None
-    return gltf_extras.written(FORMAT_VERSION, axes, light)
+    return gltf_extras.to_extras(FORMAT_VERSION, axes, light)
 
 
 def light_of(world: bpy.types.World) -> SceneLight:

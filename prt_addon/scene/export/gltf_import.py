@@ -13,7 +13,7 @@ from typing import Any
 import bpy
 
 from ...core.errors import PRTError
-from ...core.exchange.gltf_extras import EXTRAS, SceneLight, read
+from ...core.exchange.gltf_extras import EXTRAS, SceneLight, from_extras
 from ...core.notices import counted
 from ..mesh.record import FORMAT_VERSION
 from ..shading.shading import add_shading
@@ -36,7 +36,7 @@ class glTF2ImportUserExtension:
         if found is None:
             return
         try:
-            self._light = read(found, FORMAT_VERSION)
+            self._light = from_extras(found, FORMAT_VERSION)
             widen(gltf)
         except PRTError as error:
             _warn(gltf, f"'{_name(gltf)}' is imported without its bake: {error}.")

@@ -56,7 +56,7 @@ def _window(found: SceneLight) -> npt.NDArray[np.float64]:
         return factors
     wanted = found.suns.coloured_light()
     for band in range(sh.ORDER + 1):
-        own, there = (part[sh.band_slice(band)].ravel() for part in (wanted, found.lamps))
-        if own @ own > 0.0:
-            factors[band] = np.clip(own @ there / (own @ own), _SMALLEST, 1.0)
+        whole, windowed = (part[sh.band_slice(band)].ravel() for part in (wanted, found.lamps))
+        if whole @ whole > 0.0:
+            factors[band] = np.clip(whole @ windowed / (whole @ whole), _SMALLEST, 1.0)
     return factors

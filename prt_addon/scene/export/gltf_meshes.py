@@ -85,7 +85,7 @@ class Writer:
         """
         key = id(mesh), b"" if light is None else light.tobytes()
         if key not in self._written:
-            self._written[key] = self._base(mesh) if light is None else self._lit(mesh, light)
+            self._written[key] = self._base(mesh) if light is None else self._with_light(mesh, light)
         return self._written[key]
 
     def _base(self, mesh: Any) -> Any:
@@ -117,10 +117,10 @@ class Writer:
             accessor.component_type, accessor.normalized = type(accessor.component_type)(_SHORT), True
         return found
 
-    def _lit(self, mesh: Any, light: npt.NDArray[np.float64]) -> Any:
+    def _with_light(self, mesh: Any, light: npt.NDArray[np.float64]) -> Any:
         """The mesh with what a white surface shows as `COLOR_0`, in 0 to 1 as glTF demands of it; other colours follow."""
-        lit, bright, vertices = _copied(self._base(mesh)), 0, 0
-        for gathered, primitive in zip(mesh.primitives, lit.primitives, strict=True):
+        lighted, bright, vertices = _copied(self._base(mesh)), 0, 0
+        for gathered, primitive in zip(mesh.primitives, lighted.primitives, strict=True):
             if LAYERS[0] not in gathered.attributes:
                 continue
             layers = [gathered.attributes[name] for name in LAYERS]
@@ -129,7 +129,7 @@ class Writer:
             _put_first(primitive.attributes, layers[0], np.minimum(colours, 1.0))
         if bright:
             self.cut_off[mesh.name] = max(self.cut_off.get(mesh.name, 0.0), bright / vertices)
-        return lit
+        return lighted
 
 
 def _put_first(attributes: dict[str, Any], like: Any, colours: npt.NDArray[np.float64]) -> None:

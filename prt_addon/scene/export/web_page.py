@@ -17,7 +17,7 @@ from mathutils import Vector
 
 from ...core.errors import LightError, MeshError, PRTError
 from ...core.exchange.glb import Glb
-from ...core.exchange.gltf_extras import SceneLight, suns_written
+from ...core.exchange.gltf_extras import SceneLight, suns_as_extras
 from ...core.exchange.packing import pack_transport
 from ...core.exchange.radiance import radiance_file, resized
 from ...core.exchange.web_page import assembled
@@ -178,7 +178,7 @@ def _sky(name: str, light: SceneLight, picture: npt.NDArray[np.float32], files: 
         "name": name,
         "light": light.light.tolist(),
         "lamps": light.lamps.tolist(),
-        "suns": suns_written(light.suns),
+        "suns": suns_as_extras(light.suns),
         "turn": light.turn.tolist(),
         "strength": light.strength,
         "picture": file,
@@ -187,18 +187,20 @@ def _sky(name: str, light: SceneLight, picture: npt.NDArray[np.float32], files: 
 
 def _views(scene: bpy.types.Scene, files: dict[str, bytes]) -> tuple[list[dict[str, str]], int]:
     """The view transforms to choose from, and the index of the scene's own."""
-    own = scene.view_settings
-    plain = own.look == "None" and own.gamma == 1.0
+    settings = scene.view_settings
+    plain = settings.look == "None" and settings.gamma == 1.0
     views = [{"name": "Standard", "tip": "Blender's view transform Standard"}]
     tables = [("AgX", "Blender's view transform AgX", view_table(None, "AgX"))]
-    if not plain or own.view_transform not in {"Standard", "AgX"}:
-        tables.append(("Scene", f"As in Blender: {own.view_transform}, look {own.look}", view_table(own)))
+    if not plain or settings.view_transform not in {"Standard", "AgX"}:
+        tables.append(
+            ("Scene", f"As in Blender: {settings.view_transform}, look {settings.look}", view_table(settings))
+        )
     for name, tip, table in tables:
         if table is not None:
             file = f"prt-view-{len(views)}"
             files[file] = table
             views.append({"name": name, "tip": tip, "table": file})
-    return views, 0 if plain and own.view_transform == "Standard" else len(views) - 1
+    return views, 0 if plain and settings.view_transform == "Standard" else len(views) - 1
 
 
 def _camera(scene: bpy.types.Scene, baked: Sequence[bpy.types.Object]) -> dict[str, Any] | None:

@@ -13,7 +13,7 @@ TURN = ("prt_turn_x", "prt_turn_y", "prt_turn_z")
 the sky have: what shaders read of a light without lamps is 1."""
 STRENGTH = "prt_strength"
 """Three times what scales the light; then 0 where no lamps light relit surfaces, else by what band 1 of the light is to be multiplied to
-be that of EEVEE's own, which knows no window; negative where EEVEE's own light of the sky lacks what lamps of the sky show."""
+be that of EEVEE's own, which is not windowed; negative where EEVEE's own light of the sky lacks what lamps of the sky show."""
 _ID_TYPES = {bpy.types.World: "WORLD", bpy.types.Light: "LIGHT", bpy.types.Scene: "SCENE"}
 DRIVEN = (*TURN, STRENGTH)
 """Custom properties of the world that carries the light."""

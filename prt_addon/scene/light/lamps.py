@@ -15,9 +15,9 @@ import bpy
 import numpy as np
 from mathutils import Vector
 
-from ...core.sky.lamps import Lamp, Lamps, followed
+from ...core.sky.lamps import Lamp, Lamps, tracked
 from ..blender.animation import interpolate_linearly
-from ..blender.libraries import is_own
+from ..blender.libraries import is_local
 from ..material.reading import OURS
 from ..mesh.carrier import is_carrier, transport_mesh
 from ..mesh.layers import is_baked
@@ -44,7 +44,7 @@ def place_lamps(sky: Sky, lamps: Lamps, mapping: bpy.types.Node | None) -> None:
         mapping: the node that turns the sky; None if there is none.
     """
     world = sky.holder
-    scenes = [scene for scene in bpy.data.scenes if scene.world == world and is_own(scene)]
+    scenes = [scene for scene in bpy.data.scenes if scene.world == world and is_local(scene)]
     _put_out_others(scenes, world)
     if not lamps.lamps:
         remove_lamps(world)
@@ -92,7 +92,7 @@ def turn_lamps(sky: Sky) -> None:
 
 def lamps_of(world: bpy.types.World) -> bpy.types.Collection | None:
     """The collection of a world's lamps; None if it has none."""
-    return next((one for one in bpy.data.collections if is_own(one) and one.get(_OF) == world), None)
+    return next((one for one in bpy.data.collections if is_local(one) and one.get(_OF) == world), None)
 
 
 def suns_of(world: bpy.types.World) -> list[bpy.types.Object]:
@@ -121,7 +121,7 @@ def keyframe_lamps(sky: Sky, frames: Sequence[int], found: Sequence[Lamps]) -> N
     Args:
         frames, found: of equal length.
     """
-    rows = followed([lamps.lamps for lamps in found])
+    rows = tracked([lamps.lamps for lamps in found])
     place_lamps(sky, Lamps(tuple(rows[0])), sky.mapping)
     suns = suns_of(sky.holder)
     for frame, row, lamps in zip(frames, rows, found, strict=True):
@@ -160,7 +160,7 @@ def _shows_baked_light(ob: bpy.types.Object) -> bool:
 
 
 def _receivers() -> bpy.types.Collection | None:
-    return next((one for one in bpy.data.collections if _RECEIVERS in one and is_own(one)), None)
+    return next((one for one in bpy.data.collections if _RECEIVERS in one and is_local(one)), None)
 
 
 def _new_collection(world: bpy.types.World) -> bpy.types.Collection:

@@ -20,7 +20,7 @@ from ...core.errors import LightError
 from ...core.sphere import sh
 from ...core.sphere.rotation import rotation_matrix
 from ..blender.animation import channels, interpolate_linearly
-from ..blender.libraries import check_own, is_own
+from ..blender.libraries import check_local, is_local
 from ..blender.nodes import feeding_socket
 from ..blender.versions import refuse_newer, version_of
 from ..sky.projection import LightSettings, Projection
@@ -104,13 +104,13 @@ def _light_of_eevee(sky: Sky, projection: Projection) -> float:
 
 def _keep_sun_in_sky(source: bpy.types.World, record: Any) -> None:
     """Keep EEVEE from making a lamp of the sky's brightest texels: it would light relit surfaces a second time."""
-    if is_own(source) and source.sun_threshold:
+    if is_local(source) and source.sun_threshold:
         record[SUN], source.sun_threshold = source.sun_threshold, 0.0
 
 
 def check_world(world: bpy.types.World) -> None:
     """Raises LightError if a world cannot be changed, VersionError if it carries a light of a newer version."""
-    check_own(world, f"World '{world.name}'", "project it", LightError)
+    check_local(world, f"World '{world.name}'", "project it", LightError)
     check_version(world)
 
 
@@ -210,7 +210,7 @@ def write_still_light(world: bpy.types.World, light: Array) -> None:
 
 def may_stand_in(world: bpy.types.World | None) -> bool:
     """Whether a world could carry a white sky until its own can be projected: it has no light, and belongs to this file."""
-    return world is not None and is_own(world) and not has_light(world)
+    return world is not None and is_local(world) and not has_light(world)
 
 
 def write_stand_in(world: bpy.types.World) -> None:
@@ -299,7 +299,7 @@ def _remove_properties(world: bpy.types.World) -> bool:
     remove_drivers(world)
     _remove_keyframes(world)
     source, threshold = source_of(world), light_record(world).get(SUN)
-    if threshold and is_own(source):
+    if threshold and is_local(source):
         source.sun_threshold = threshold
     present = [name for name in (*LIGHT, *DRIVEN, RECORD) if name in world]
     for name in present:
@@ -310,7 +310,7 @@ def _remove_properties(world: bpy.types.World) -> bool:
 def remove_lights() -> None:
     """Remove the light from all worlds, save those of libraries and of newer versions."""
     for world in bpy.data.worlds:
-        if is_own(world) and version_of(world.get(RECORD)) <= LIGHT_VERSION:
+        if is_local(world) and version_of(world.get(RECORD)) <= LIGHT_VERSION:
             remove_light(world)
 
 

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from ...core.errors import PRTError
 from ...core.files import digest
 from ...core.sky import preview
-from ...core.sphere.window import energy_shares
+from ...core.sphere.windowing import energy_shares
 from ...session import session
 from ..blender.images import write_pixels
 from ..sky.projection import sky_picture
@@ -25,7 +25,7 @@ _ICON_HEIGHT = 64
 
 
 @dataclass(frozen=True)
-class Kept:
+class BandEnergy:
     """How the energy of a light, the integral of its square over the sphere, is spread over its bands.
 
     bands: share of each band.
@@ -57,11 +57,11 @@ def make_picture(scene: bpy.types.Scene) -> tuple[bpy.types.Image, bool]:
     return _written(f"PRT Light of {scene.world.name}", np.concatenate(parts, axis=1)), sky is not None
 
 
-def kept(world: bpy.types.World) -> Kept:
+def band_energy(world: bpy.types.World) -> BandEnergy:
     """Measure how much of the energy lies in each band of the light of a world that has one; cheap."""
     stored = light.read_light(world)
     total = session.sky_energies.get(digest(stored))
-    return Kept(energy_shares(stored, total), total is not None)
+    return BandEnergy(energy_shares(stored, total), total is not None)
 
 
 def icon(world: bpy.types.World) -> int:

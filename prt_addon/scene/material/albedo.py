@@ -19,7 +19,7 @@ from ..blender.nodes import has_loop
 from ..mesh.meshes import Surface
 from .cycles_colour import ColourRequest, CyclesRequest, CyclesRequests, Unread
 from .lost_pictures import why_not_shown
-from .patterns import Followed, NotFollowed, PatternReader, SurfaceValues
+from .patterns import NotRead, PatternReader, ReadPattern, SurfaceValues
 from .reading import BLACK, RGB, Colour, Constant
 
 Float32 = npt.NDArray[np.float32]
@@ -89,9 +89,9 @@ class AlbedoReader:
         corners = draft.surface.corners[triangles]
         try:
             found = self._material_albedo(material, mesh, corners, triangles)
-        except NotFollowed as reason:
+        except NotRead as reason:
             lost = why_not_shown(material, reason.colour)
-            draft.unread[index] = _Unfollowed(material, lost or str(reason), reason.colour, not lost)
+            draft.unread[index] = _UnreadSlot(material, lost or str(reason), reason.colour, not lost)
             found = tuple(material.diffuse_color[:3])
         if isinstance(found, tuple):
             draft.constant[triangles] = found
@@ -104,24 +104,24 @@ class AlbedoReader:
         mesh: bpy.types.Mesh,
         corners: npt.NDArray[np.int32],
         triangles: npt.NDArray[np.int64],
-    ) -> RGB | Followed:
+    ) -> RGB | ReadPattern:
         """One colour, or a pattern over the triangles."""
         reading = self._patterns.reading(material)
         colour = reading.colour
         if colour is None and not reading.why_not:
             return BLACK.rgb
         if colour is None:
-            raise NotFollowed(reading.why_not)
+            raise NotRead(reading.why_not)
         if isinstance(colour, Constant):
             return colour.rgb
         found = self._patterns.follow(colour, mesh, corners, triangles)
-        if isinstance(found, Followed) and found.channels == 1:
+        if isinstance(found, ReadPattern) and found.channels == 1:
             return found.mapped(lambda number: np.repeat(number, 3, axis=-1), "grey")
         return found
 
 
 @dataclass(frozen=True)
-class _Unfollowed:
+class _UnreadSlot:
     """What could not be read of a material, and why. Not shown: Cycles cannot show it either, as a picture is lost."""
 
     material: bpy.types.Material
@@ -139,8 +139,8 @@ class AlbedoDraft:
 
     constant: Float32
     surface: Surface
-    patterns: list[Followed] = field(default_factory=list)
-    unread: dict[int, _Unfollowed] = field(default_factory=dict)
+    patterns: list[ReadPattern] = field(default_factory=list)
+    unread: dict[int, _UnreadSlot] = field(default_factory=dict)
     shown: set[int] = field(default_factory=set)
     request: CyclesRequest | None = None
 
@@ -154,7 +154,7 @@ class AlbedoDraft:
             notices.append(Notice(kind, one.material.name, {"why": one.why}))
             if colours is not None and evaluated:
                 triangles = np.flatnonzero(self.surface.material == index)
-                self.patterns.append(Followed.at_corners(triangles, colours[self.surface.corners[triangles]]))
+                self.patterns.append(ReadPattern.at_corners(triangles, colours[self.surface.corners[triangles]]))
         return SurfaceValues.of(self.constant, self.patterns, notices)
 
 

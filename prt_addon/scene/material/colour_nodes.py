@@ -38,7 +38,7 @@ def connect(tree: bpy.types.NodeTree, colour: Colour, entry: bpy.types.NodeSocke
 
 
 def remove_parts(tree: bpy.types.NodeTree, but: str = "") -> None:
-    """Take out all nodes that `build` and `add_part` added, and the copies of groups that nobody uses any more.
+    """Take out all nodes that `build` and `add_part` added, and the copies of groups that nothing uses any more.
 
     Args:
         but: a custom property: outputs that have it, and what feeds them, stay.

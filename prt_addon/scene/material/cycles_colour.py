@@ -11,7 +11,7 @@ Limits: Generated coordinates are those of the evaluated mesh, Object Info's Ran
 other objects (Ambient Occlusion, Bevel) find none.
 
 One evaluation takes some hundredths of a second at least, as Blender sets up a render for it. A thousand instances of
-one thing are therefore evaluated once, unless a node of its materials may ask where it stands.
+one thing are therefore evaluated once, unless a node of its materials may depend on its place.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ Float32 = npt.NDArray[np.float32]
 
 _LAYER = "prt_cycles_colour"
 
-_ASK_FOR_PLACE = {
+_DEPEND_ON_PLACE = {
     "ShaderNodeAmbientOcclusion",
     "ShaderNodeAttribute",
     "ShaderNodeBevel",
@@ -159,7 +159,7 @@ class CyclesRequests:
 
 
 def _key(ob: bpy.types.Object, slots: Mapping[int, Unread]) -> object:
-    """By what an instance is known again; None if a node may ask where it stands."""
+    """By what an instance is recognised; None if a node may depend on its place."""
     if not all(_same_everywhere(unread.material.node_tree) for unread in slots.values()):
         return None
     wanted = tuple((index, unread.material.name_full, unread.colour is None) for index, unread in slots.items())
@@ -167,9 +167,9 @@ def _key(ob: bpy.types.Object, slots: Mapping[int, Unread]) -> object:
 
 
 def _same_everywhere(tree: bpy.types.NodeTree | None) -> bool:
-    """Whether no node of a tree may ask where the object stands."""
+    """Whether no node of a tree may depend on the object's place."""
     for node in tree.nodes if tree else ():
-        if node.bl_idname in _ASK_FOR_PLACE:
+        if node.bl_idname in _DEPEND_ON_PLACE:
             return False
         if node.bl_idname == "ShaderNodeTexCoord" and (
             node.object or any(node.outputs[name].is_linked for name in ("Camera", "Window", "Reflection"))

@@ -11,7 +11,7 @@ import bpy
 
 from ..blender.images import missing
 from ..blender.nodes import Wiring
-from .reading import Colour, Constant, Inside, Mixed, Source, own_output
+from .reading import Colour, Constant, Inside, Mixed, Source, user_output
 
 
 def why_not_shown(material: bpy.types.Material, colour: Colour | None) -> str:
@@ -34,7 +34,7 @@ def why_not_shown(material: bpy.types.Material, colour: Colour | None) -> str:
 def _needed(material: bpy.types.Material, colour: Colour | None, wiring: Wiring) -> Iterator[bpy.types.Node]:
     """All nodes that the value depends on, also those inside groups; some more than once."""
     if colour is None:
-        output = own_output(material.node_tree, "CYCLES")
+        output = user_output(material.node_tree, "CYCLES")
         surface = wiring.source(output.inputs["Surface"]) if output else None
         starts = [surface.node] if surface else []
     else:

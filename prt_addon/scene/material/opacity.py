@@ -21,7 +21,7 @@ from .albedo import used_materials
 from .cycles_colour import CyclesRequest, CyclesRequests, Unread
 from .cycles_texels import FacePicture, TexelRequest
 from .lost_pictures import why_not_shown
-from .patterns import Followed, NotFollowed, PatternReader, SurfaceValues
+from .patterns import NotRead, PatternReader, ReadPattern, SurfaceValues
 from .reading import Colour, Constant, Mixed, Source
 
 Float32 = npt.NDArray[np.float32]
@@ -81,8 +81,8 @@ class OpacityReader:
             draft.notices.append(_opaque(material, lost or "they run in a circle"))
             return
         try:
-            found = self._followed(through, mesh, draft.surface.corners[triangles], triangles)
-        except NotFollowed:
+            found = self._pattern(through, mesh, draft.surface.corners[triangles], triangles)
+        except NotRead:
             draft.unread[index] = Unread(material, through)
             return
         if isinstance(found, float):
@@ -90,23 +90,23 @@ class OpacityReader:
         else:
             draft.patterns.append(found)
 
-    def _followed(
+    def _pattern(
         self, through: Colour, mesh: bpy.types.Mesh, corners: npt.NDArray[np.int32], triangles: npt.NDArray[np.int64]
-    ) -> Followed | float:
+    ) -> ReadPattern | float:
         """The share that is stopped, where what lets light through is a mix of two numbers by one picture or attribute."""
         factor, none, all_ = through, 1.0, 0.0
         if isinstance(through, Mixed):
             first, second = _number(through.first), _number(through.second)
             if first is None or second is None:
-                raise NotFollowed("it is mixed of several", through)
+                raise NotRead("it is mixed of several", through)
             factor, none, all_ = through.factor, 1.0 - first, 1.0 - second
         if not isinstance(factor, Source):
-            raise NotFollowed("it is mixed of several", through)
+            raise NotRead("it is mixed of several", through)
         found = self._patterns.follow(factor, mesh, corners, triangles)
-        if not isinstance(found, Followed):
+        if not isinstance(found, ReadPattern):
             return none + (all_ - none) * min(max(float(np.dot(found, _LUMINANCE)), 0.0), 1.0)
         if none and isinstance(found.pattern, TexturePatch) and found.pattern.extension == "CLIP":
-            raise NotFollowed("its picture does not cover it", through)
+            raise NotRead("its picture does not cover it", through)
         return found.mapped(lambda values: none + (all_ - none) * _grey(values), f"opacity {none:g} {all_:g}")
 
 
@@ -116,7 +116,7 @@ class OpacityDraft:
 
     constant: Float32
     surface: Surface
-    patterns: list[Followed] = field(default_factory=list)
+    patterns: list[ReadPattern] = field(default_factory=list)
     unread: dict[int, Unread] = field(default_factory=dict)
     notices: list[Notice] = field(default_factory=list)
     request: CyclesRequest | None = None
@@ -131,12 +131,12 @@ class OpacityDraft:
                 self.patterns.append(self._pictured(np.flatnonzero(self.surface.material == index), picture))
         return SurfaceValues.of(self.constant, self.patterns, self.notices)
 
-    def _pictured(self, triangles: npt.NDArray[np.int64], picture: FacePicture) -> Followed:
+    def _pictured(self, triangles: npt.NDArray[np.int64], picture: FacePicture) -> ReadPattern:
         """The opacity of some triangles, in a picture of what lets light through."""
         stopped = np.clip(1.0 - _grey(picture.texels), 0.0, 1.0).astype(np.float32)
         uv = picture.uv[self.surface.corners[triangles]]
         steps = np.rint(stopped * 255.0).astype(np.uint8)  # the last bits differ between processors
-        return Followed(TexturePatch(triangles, uv, stopped), [triangles, steps])
+        return ReadPattern(TexturePatch(triangles, uv, stopped), [triangles, steps])
 
 
 def _number(through: Colour) -> float | None:

@@ -22,10 +22,10 @@ from ..mesh.meshes import corner_vertices, layer_array
 from .reading import RGB, Colour, Inside, MaterialReading, Source, read_material
 
 Float32 = npt.NDArray[np.float32]
-Sources = list[bytes | npt.NDArray[Any]]
+Dependencies = list[bytes | npt.NDArray[Any]]
 
 
-class NotFollowed(Exception):
+class NotRead(Exception):
     """A colour that comes from nodes which are not read.
 
     Args:
@@ -39,14 +39,14 @@ class NotFollowed(Exception):
 
 
 @dataclass(frozen=True)
-class Followed:
+class ReadPattern:
     """A pattern, and all that it depends on, alike on all machines."""
 
     pattern: Pattern
-    sources: Sources
+    dependencies: Dependencies
 
     @classmethod
-    def at_corners(cls, triangles: npt.NDArray[np.int64], colours: Float32) -> Followed:
+    def at_corners(cls, triangles: npt.NDArray[np.int64], colours: Float32) -> ReadPattern:
         """Values (P, 3, C) at the corners of triangles (P,)."""
         return cls(CornerColours(triangles, colours), [triangles, _either_way_round(colours)])
 
@@ -56,7 +56,7 @@ class Followed:
         values = self.pattern.image if isinstance(self.pattern, TexturePatch) else self.pattern.colours
         return int(values.shape[-1])
 
-    def mapped(self, change: Callable[[Float32], Float32], name: str) -> Followed:
+    def mapped(self, change: Callable[[Float32], Float32], name: str) -> ReadPattern:
         """The same pattern of other values.
 
         Args:
@@ -65,8 +65,8 @@ class Followed:
         """
         pattern = self.pattern
         if isinstance(pattern, TexturePatch):
-            return Followed(replace(pattern, image=change(pattern.image)), [*self.sources, name.encode()])
-        return Followed(replace(pattern, colours=change(pattern.colours)), [*self.sources, name.encode()])
+            return ReadPattern(replace(pattern, image=change(pattern.image)), [*self.dependencies, name.encode()])
+        return ReadPattern(replace(pattern, colours=change(pattern.colours)), [*self.dependencies, name.encode()])
 
 
 @dataclass(frozen=True)
@@ -85,10 +85,10 @@ class SurfaceValues:
     identity: bytes
 
     @classmethod
-    def of(cls, constant: Float32, followed: Sequence[Followed], notices: list[Notice]) -> SurfaceValues:
+    def of(cls, constant: Float32, patterns: Sequence[ReadPattern], notices: list[Notice]) -> SurfaceValues:
         """With the digest of the constants and of all that the patterns depend on."""
-        sources = [source for one in followed for source in one.sources]
-        return cls(constant, [one.pattern for one in followed], notices, digest(constant, *sources))
+        dependencies = [source for one in patterns for source in one.dependencies]
+        return cls(constant, [one.pattern for one in patterns], notices, digest(constant, *dependencies))
 
 
 class PatternReader:
@@ -114,7 +114,7 @@ class PatternReader:
         mesh: bpy.types.Mesh,
         corners: npt.NDArray[np.int32],
         triangles: npt.NDArray[np.int64],
-    ) -> RGB | Followed:
+    ) -> RGB | ReadPattern:
         """What a colour that is neither mixed nor constant gives.
 
         Args:
@@ -123,11 +123,11 @@ class PatternReader:
             triangles: (P,) their numbers.
 
         Raises:
-            NotFollowed: if other nodes make it.
+            NotRead: if other nodes make it.
         """
         if not isinstance(colour, Source):
             where = f"lies in group '{colour.group.name}'" if isinstance(colour, Inside) else "is mixed of several"
-            raise NotFollowed(f"its colour {where}", colour)
+            raise NotRead(f"its colour {where}", colour)
         source, node = colour.socket, colour.socket.node
         if node.bl_idname == "ShaderNodeRGB":
             return tuple(source.default_value[:3])
@@ -140,8 +140,8 @@ class PatternReader:
         layer = _colour_layer(node, mesh) if source.name in {"Color", "Alpha"} else None
         if layer:
             channels = slice(3) if source.name == "Color" else slice(3, 4)
-            return Followed.at_corners(triangles, corner_values(mesh, layer, "color", 4)[corners][..., channels])
-        raise NotFollowed(f"its colour comes from '{node.label or node.name}'", colour)
+            return ReadPattern.at_corners(triangles, corner_values(mesh, layer, "color", 4)[corners][..., channels])
+        raise NotRead(f"its colour comes from '{node.label or node.name}'", colour)
 
     def _picture(
         self,
@@ -150,14 +150,14 @@ class PatternReader:
         mesh: bpy.types.Mesh,
         corners: npt.NDArray[np.int32],
         triangles: npt.NDArray[np.int64],
-    ) -> Followed:
+    ) -> ReadPattern:
         node = source.node
         uv = _placed(*_uv_source(node, mesh, colour), corners)
         texels, identity = self._texture(node.image, source.name, colour)
         interpolation: Interpolation = "Closest" if node.interpolation == "Closest" else "Linear"
         way = f"{interpolation} {node.extension}".encode()
         patch = TexturePatch(triangles, uv, texels, interpolation, node.extension)
-        return Followed(patch, [triangles, _either_way_round(uv), way, identity])
+        return ReadPattern(patch, [triangles, _either_way_round(uv), way, identity])
 
     def _texture(self, image: bpy.types.Image, output: str, colour: Colour) -> tuple[Float32, bytes]:
         """The texels of an Image Texture's output, and the digest of them."""
@@ -166,7 +166,7 @@ class PatternReader:
             try:
                 texels = linear_pixels(image) if output == "Color" else alpha_pixels(image)
             except PictureError as error:
-                raise NotFollowed(
+                raise NotRead(
                     f"image '{image.name}' is not a single picture in sRGB or linear light", colour
                 ) from error
             with np.errstate(over="ignore"):  # infinite is as white as 1
@@ -204,15 +204,15 @@ def _uv_source(node: bpy.types.Node, mesh: bpy.types.Mesh, colour: Colour) -> tu
         mapping = source.node
         source = feeding_socket(mapping.inputs["Vector"])
         if source is None:
-            raise NotFollowed(f"its texture is placed by '{mapping.name}' alone", colour)
+            raise NotRead(f"its texture is placed by '{mapping.name}' alone", colour)
     if source is None or (source.node.bl_idname == "ShaderNodeTexCoord" and source.name == "UV"):
         name = active
     elif source.node.bl_idname == "ShaderNodeUVMap" and not source.node.from_instancer:
         name = source.node.uv_map or active
     else:
-        raise NotFollowed(f"its texture is placed by '{source.node.name}'", colour)
+        raise NotRead(f"its texture is placed by '{source.node.name}'", colour)
     if name not in mesh.attributes:
-        raise NotFollowed(f"mesh '{mesh.name}' lacks the UV map of its texture", colour)
+        raise NotRead(f"mesh '{mesh.name}' lacks the UV map of its texture", colour)
     return corner_values(mesh, str(name), "vector", 2), mapping
 
 

@@ -109,7 +109,7 @@ def read_material(material: bpy.types.Material, engine: RenderEngine) -> Materia
     """Read a material as an engine shows it, or would without us."""
     if not uses_nodes(material):
         return MaterialReading(None, Constant(_three(material.diffuse_color)))
-    output = own_output(material.node_tree, engine)
+    output = user_output(material.node_tree, engine)
     if output is None:
         return MaterialReading(None, None)
     reader = _Reader()
@@ -122,7 +122,7 @@ def read_material(material: bpy.types.Material, engine: RenderEngine) -> Materia
 
 def has_surface(material: bpy.types.Material) -> bool:
     """Whether light stops at a material's faces: not if it is a volume and nothing else."""
-    output = own_output(material.node_tree, "CYCLES") if uses_nodes(material) and material.node_tree else None
+    output = user_output(material.node_tree, "CYCLES") if uses_nodes(material) and material.node_tree else None
     if output is None:
         return True
     wiring = Wiring()
@@ -130,7 +130,7 @@ def has_surface(material: bpy.types.Material) -> bool:
     return surface is not None or volume is None
 
 
-def own_output(tree: bpy.types.NodeTree, engine: RenderEngine) -> bpy.types.Node | None:
+def user_output(tree: bpy.types.NodeTree, engine: RenderEngine) -> bpy.types.Node | None:
     """The user's own output that an engine shows: as `get_output_node`, which would find ours.
 
     One that is made for the engine comes before one for all, and among equals the active one.
@@ -138,8 +138,8 @@ def own_output(tree: bpy.types.NodeTree, engine: RenderEngine) -> bpy.types.Node
     outputs = [node for node in tree.nodes if node.bl_idname == "ShaderNodeOutputMaterial" and PART not in node]
     ours = next((node for node in outputs if OURS in node), None)
     were_active = ours[OURS].split("\n") if ours else [node.name for node in outputs if node.is_active_output]
-    own = [node for node in outputs if node != ours and node.target in {engine, "ALL"}]
-    return max(own, key=lambda node: (node.target == engine, node.name in were_active), default=None)
+    theirs = [node for node in outputs if node != ours and node.target in {engine, "ALL"}]
+    return max(theirs, key=lambda node: (node.target == engine, node.name in were_active), default=None)
 
 
 class _NotRead(Exception):

@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...core.layout import BACKS, LAYERS
-from ..blender.libraries import is_own
+from ..blender.libraries import is_local
 from ..blender.modes import by_uid
 from .carrier_group import CARRIER_ENTRY, LightKind, carrier_group, is_carrier_group
 from .meshes import Domain, corner_vertices, face_starts, layer_array
@@ -180,23 +180,25 @@ def sweep(but: Container[int] = ()) -> None:
     """
     shown = {carrier: ob for ob in bpy.data.objects if (carrier := carrier_of(ob))}
     gone = [
-        ob for ob in bpy.data.objects if is_carrier(ob) and is_own(ob) and ob not in shown and ob.session_uid not in but
+        ob
+        for ob in bpy.data.objects
+        if is_carrier(ob) and is_local(ob) and ob not in shown and ob.session_uid not in but
     ]
     meshes = [ob.data for ob in gone]
     bpy.data.batch_remove(gone)
     bpy.data.batch_remove([mesh for mesh in meshes if not mesh.users])
-    groups = [tree for tree in bpy.data.node_groups if is_carrier_group(tree) and is_own(tree)]
+    groups = [tree for tree in bpy.data.node_groups if is_carrier_group(tree) and is_local(tree)]
     bpy.data.batch_remove([tree for tree in groups if not tree.users and tree.session_uid not in but])
     for carrier, ob in shown.items():
-        if is_own(carrier) and carrier.session_uid not in but:
+        if is_local(carrier) and carrier.session_uid not in but:
             _name(carrier, ob)
 
 
 def put_away() -> None:
     """Take carriers out of all collections, where appending brought them."""
     for carrier in filter(is_carrier, bpy.data.objects):
-        for collection in carrier.users_collection if is_own(carrier) else ():
-            if is_own(collection):
+        for collection in carrier.users_collection if is_local(carrier) else ():
+            if is_local(collection):
                 collection.objects.unlink(carrier)
 
 

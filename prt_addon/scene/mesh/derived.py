@@ -3,8 +3,8 @@
 
 Some modifiers give other last bits at each evaluation (4.5's Bevel under a Subdivision: 5e-7), so that digests of positions
 would call a bake stale at once, and shards of two processes would not fit together. Known instead are the original, the
-settings of the modifiers, the faces that come out, and where they lie as far as a few sums over all vertices tell: the
-last notices what comes from other objects, through modifiers or drivers.
+settings of the modifiers, the faces that come out, and where they lie as a few sums over all vertices show: these
+notice what comes from other objects, through modifiers or drivers.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from .meshes import corner_vertices, face_starts, layer_array
 _LOOKS = {"name", "show_expanded", "show_in_editmode", "show_on_cage", "show_viewport", "is_active", "use_pin_to_last",
           "execution_time", "persistent_uid", "open_output_attributes_panel", "open_manage_panel",
           "open_bake_panel", "open_named_attributes_panel", "open_warnings_panel", "node_warnings", "panels"}  # fmt: skip
-"""Settings of modifiers that change no mesh, or tell how it went."""
+"""Settings of modifiers that change no mesh, or report how it went."""
 
 _STEPS = 1e-4  # sums are known to that share of the mesh's size
 _GOLDEN = 0.6180339887

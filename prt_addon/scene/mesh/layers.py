@@ -53,7 +53,7 @@ def write(
         element_receiver: (vertices or corners,) the receiver each shows.
         settings: what the record keeps.
         space: whose axes the transport is in.
-        evidence: what the bake depended on; without it nobody can tell later whether it still holds.
+        evidence: what the bake depended on; without it no check can find later whether it still holds.
         elements: vertices and face corners of the mesh that people edit, if that is another one.
         preview_of: rays per receiver of the bake that this is a preview of; 0 if it is none.
         backs: (receivers, 3, 4) the floats of their layers (`core.layout.packed_backs`); None if there are none.

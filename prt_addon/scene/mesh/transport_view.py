@@ -12,7 +12,7 @@ import numpy.typing as npt
 from ...core.layout import LAYERS
 from ...core.notices import Kind, Notice
 from ...core.sphere import sh
-from ..blender.libraries import is_own
+from ..blender.libraries import is_local
 from . import layers, temporary_layer
 from .carrier import transport_mesh
 
@@ -35,7 +35,7 @@ def show(ob: bpy.types.Object, part: Part) -> list[Notice]:
     mesh = ob.data
     if transport_mesh(ob) != mesh:
         return [Notice(_CARRIED, ob.name)]
-    if not is_own(mesh):
+    if not is_local(mesh):
         return [Notice(_LINKED, ob.name)]
     rgba = np.ones((len(mesh.attributes[LAYERS[0]].data), 4), dtype=np.float32)
     rgba[:, :3] = colours(layers.read(mesh), part)

@@ -96,7 +96,7 @@ def compare_engines(
 
 @contextmanager
 def _alike(context: bpy.types.Context, objects: Sequence[bpy.types.Object], pictures: Pictures) -> Iterator[None]:
-    """Settings under which both engines answer one question; the user's own again afterwards."""
+    """Settings under which both engines render the same light; the user's own again afterwards."""
     scene = context.scene
     render, cycles, image = scene.render, scene.cycles, scene.render.image_settings
     longer = max(render.resolution_x, render.resolution_y)

@@ -19,7 +19,7 @@ from ...core.report.subject import Lighting, Scenery, Subject
 from ...core.sky.sampler import reduced
 from ..bake import choose
 from ..bake.read import read_bake
-from ..blender.libraries import is_own
+from ..blender.libraries import is_local
 from ..light import light
 from ..mesh import layers
 from ..mesh.carrier import transport_mesh
@@ -141,7 +141,7 @@ def keep(scene: bpy.types.Scene, document: dict[str, Any]) -> None:
 def forget_all() -> None:
     """Drop the reports of all scenes."""
     for scene in bpy.data.scenes:
-        if is_own(scene) and LAST_REPORT in scene:
+        if is_local(scene) and LAST_REPORT in scene:
             del scene[LAST_REPORT]
 
 

@@ -14,7 +14,7 @@ from functools import reduce
 import bpy
 
 from ...core.microfacet import fit
-from ..blender.libraries import is_own
+from ..blender.libraries import is_local
 from ..blender.nodes import Graph, feeding_socket
 from ..material.reading import PART
 
@@ -27,7 +27,7 @@ _HANDED_ON = ("Color", "Roughness")
 
 def energy_group() -> bpy.types.NodeTree:
     """The group, built on first use and shared by all materials."""
-    found = next((tree for tree in bpy.data.node_groups if tree.get(_MARK) == _VERSION and is_own(tree)), None)
+    found = next((tree for tree in bpy.data.node_groups if tree.get(_MARK) == _VERSION and is_local(tree)), None)
     return found or _built()
 
 
@@ -52,7 +52,7 @@ def take_out(materials: Iterable[bpy.types.Material]) -> int:
     groups = [node for node in nodes if _is_energy_group(node)]
     for node in groups:
         _remove(node)
-    tree = next((tree for tree in bpy.data.node_groups if _MARK in tree and is_own(tree) and not tree.users), None)
+    tree = next((tree for tree in bpy.data.node_groups if _MARK in tree and is_local(tree) and not tree.users), None)
     if tree:
         bpy.data.node_groups.remove(tree)
     return len(groups)
@@ -120,7 +120,9 @@ def _built() -> bpy.types.NodeTree:
     graph = Graph(tree)
     given = graph.add("NodeGroupInput").outputs
     graph.column()
-    cosine = graph.math("ABSOLUTE", graph.vector("DOT_PRODUCT", graph.normal_or_own(given["Normal"]), _incoming(graph)))
+    cosine = graph.math(
+        "ABSOLUTE", graph.vector("DOT_PRODUCT", graph.normal_or_surface_normal(given["Normal"]), _incoming(graph))
+    )
     roughness = graph.math("MINIMUM", graph.math("MAXIMUM", given["Roughness"], 0.0), 1.0)
     spread = graph.math("MULTIPLY_ADD", roughness, roughness, graph.math("MAXIMUM", cosine, 1e-3))
     x = graph.math("DIVIDE", cosine, spread)

@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import bpy
 
-from ..blender.libraries import is_own
+from ..blender.libraries import is_local
 from ..blender.nodes import Graph
 from ..light.drivers import STRENGTH, TURN
 from ..light.light import LIGHT
@@ -39,7 +39,7 @@ def lamps_group() -> bpy.types.NodeTree:
 
 def renew_lamps_group() -> None:
     """Replace the group of a file that another version of Blender saved, whose EEVEE has another light of the sky."""
-    if any(tree.get(PART) == "PRT Lamps" and is_own(tree) for tree in bpy.data.node_groups):
+    if any(tree.get(PART) == "PRT Lamps" and is_local(tree) for tree in bpy.data.node_groups):
         lamps_group()
 
 
@@ -73,9 +73,9 @@ def _group(
 
     It takes the place of others of that name: those of other versions, and copies of itself, which appended materials bring along.
     """
-    own = [tree for tree in bpy.data.node_groups if tree.get(PART) == name and _VERSION in tree and is_own(tree)]
-    current = next((tree for tree in own if tree[_VERSION] == _CURRENT), None) or _built(name, inputs, outputs, build)
-    for tree in own:
+    local = [tree for tree in bpy.data.node_groups if tree.get(PART) == name and _VERSION in tree and is_local(tree)]
+    current = next((tree for tree in local if tree[_VERSION] == _CURRENT), None) or _built(name, inputs, outputs, build)
+    for tree in local:
         if tree != current:
             tree.user_remap(current)
             bpy.data.node_groups.remove(tree)
@@ -102,7 +102,7 @@ def _built(
 
 
 def _lamps(graph: Graph, given: _Sockets) -> _Sockets:
-    normal = graph.normal_or_own(given["Normal"])
+    normal = graph.normal_or_surface_normal(given["Normal"])
     diffuse, light = graph.add("ShaderNodeBsdfDiffuse"), graph.add("ShaderNodeShaderToRGB")
     diffuse.inputs["Color"].default_value = (1.0, 1.0, 1.0, 1.0)
     graph.feed(diffuse.inputs["Normal"], normal)

@@ -18,7 +18,7 @@ from math import pi
 import bpy
 
 from ...core.layout import BACKS, BAKED_BELOW, LAYERS, OWN_AXES_BELOW
-from ..blender.libraries import is_own
+from ..blender.libraries import is_local
 from ..blender.nodes import Graph
 from ..blender.versions import refuse_newer, version_of
 from ..light.drivers import STRENGTH, TURN
@@ -38,11 +38,11 @@ def relight_group(with_backs: bool = False) -> bpy.types.NodeTree:
     Args:
         with_backs: whether it reads the layers of backs, which take three of the attributes that EEVEE has for a material.
     """
-    own = [tree for tree in bpy.data.node_groups if is_relight_group(tree) and is_own(tree)]
-    own = [tree for tree in own if bool(tree.get(_BACKS, False)) is with_backs]
-    whole = (tree for tree in own if _version(tree) == GROUP_VERSION and _is_whole(tree))
+    local = [tree for tree in bpy.data.node_groups if is_relight_group(tree) and is_local(tree)]
+    local = [tree for tree in local if bool(tree.get(_BACKS, False)) is with_backs]
+    whole = (tree for tree in local if _version(tree) == GROUP_VERSION and _is_whole(tree))
     current = next(whole, None) or _built(with_backs)
-    for tree in own:
+    for tree in local:
         if tree != current and _version(tree) <= GROUP_VERSION:
             tree.user_remap(current)
             bpy.data.node_groups.remove(tree)
@@ -97,7 +97,7 @@ def is_relit_by_newer(material: bpy.types.Material) -> bool:
 
 def remove_unused_group() -> None:
     """Remove our node groups that no material uses any more."""
-    trees = [tree for tree in bpy.data.node_groups if is_relight_group(tree) and is_own(tree)]
+    trees = [tree for tree in bpy.data.node_groups if is_relight_group(tree) and is_local(tree)]
     bpy.data.batch_remove([tree for tree in trees if not tree.users])
 
 
@@ -198,9 +198,9 @@ def _marks(graph: Graph, layers: list[bpy.types.Node]) -> list[bpy.types.NodeSoc
     colour = graph.vector("DOT_PRODUCT", layers[0].outputs["Vector"], (1.0, 1.0, 1.0))
     unmarked = graph.math("MULTIPLY", graph.math("LESS_THAN", mark, 0.5), graph.math("GREATER_THAN", colour, 0.0))
     older = graph.math("MULTIPLY", unmarked, graph.math("SUBTRACT", 1.0, current))
-    own = graph.math("LESS_THAN", mark, OWN_AXES_BELOW)
-    older_own = graph.math("MULTIPLY", older, graph.math("GREATER_THAN", older_mark, 0.5))
-    return [graph.math("MAXIMUM", current, older), graph.math("MAXIMUM", own, older_own), older]
+    own_axes = graph.math("LESS_THAN", mark, OWN_AXES_BELOW)
+    older_own_axes = graph.math("MULTIPLY", older, graph.math("GREATER_THAN", older_mark, 0.5))
+    return [graph.math("MAXIMUM", current, older), graph.math("MAXIMUM", own_axes, older_own_axes), older]
 
 
 def _direct(graph: Graph, layers: list[bpy.types.Node], own_axes: bpy.types.NodeSocket) -> list[bpy.types.NodeSocket]:
@@ -265,10 +265,10 @@ def _sky_seen(
     geometry = graph.add("ShaderNodeNewGeometry")
     normal, view = geometry.outputs["Normal"], geometry.outputs["Incoming"]
     mirrored = graph.vector("MULTIPLY", graph.vector("REFLECT", view, normal), (-1.0, -1.0, -1.0))
-    own = graph.add("ShaderNodeCombineXYZ")
-    for entry, axis in zip(own.inputs, object_axes, strict=True):
+    in_object_axes = graph.add("ShaderNodeCombineXYZ")
+    for entry, axis in zip(in_object_axes.inputs, object_axes, strict=True):
         graph.feed(entry, graph.vector("DOT_PRODUCT", mirrored, axis))
-    x, y, z = graph.components(graph.mixed(own_axes, mirrored, own.outputs[0]))
+    x, y, z = graph.components(graph.mixed(own_axes, mirrored, in_object_axes.outputs[0]))
     cosine = graph.math("ABSOLUTE", graph.vector("DOT_PRODUCT", normal, view))
 
     seen = graph.math("MULTIPLY", direct[0], Y_0 * _BANDS_SEEN[0])
@@ -315,4 +315,4 @@ def _turned_axes(
     """
     components = [graph.components(axis) for axis in object_axes]
     graph.column()
-    return [graph.weighted_sum(list(zip(axes, own, strict=True))) for own in components]
+    return [graph.weighted_sum(list(zip(axes, row, strict=True))) for row in components]

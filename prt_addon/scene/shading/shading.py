@@ -14,11 +14,11 @@ import bpy
 
 from ...core.errors import MeshError
 from ...core.notices import Kind, Notice
-from ..blender.libraries import check_own, is_own
+from ..blender.libraries import check_local, is_local
 from ..blender.nodes import HAD_NO_NODES, feeding_socket, nodes_are_on, turn_nodes
 from ..light.lamps import follow_receivers
 from ..material.colour_nodes import add_part, remove_parts
-from ..material.reading import OURS, PART, Constant, has_surface, own_output, read_material
+from ..material.reading import OURS, PART, Constant, has_surface, read_material, user_output
 from ..mesh.carrier import transport_mesh
 from ..mesh.layers import has_backs, is_baked
 from .relight_group import (
@@ -90,7 +90,7 @@ def relit_materials(objects: Iterable[bpy.types.Object]) -> list[bpy.types.Mater
     return [
         material
         for material in materials_of(objects)
-        if is_own(material) and any(our_nodes(material.node_tree)) and not is_relit_by_newer(material)
+        if is_local(material) and any(our_nodes(material.node_tree)) and not is_relit_by_newer(material)
     ]
 
 
@@ -98,7 +98,7 @@ def check_relit_materials(objects: Iterable[bpy.types.Object]) -> None:
     """Raises MeshError or VersionError for the first material that is relit, and cannot be restored."""
     for material, ob in _first_users(objects).items():
         if any(our_nodes(material.node_tree)):
-            check_own(material, f"Material '{material.name}' of '{ob.name}'", "remove the shading", MeshError)
+            check_local(material, f"Material '{material.name}' of '{ob.name}'", "remove the shading", MeshError)
             check_version(material)
 
 
@@ -113,7 +113,7 @@ def _first_users(objects: Iterable[bpy.types.Object]) -> dict[bpy.types.Material
 
 
 def _set_by_nodes(ob: bpy.types.Object) -> list[bpy.types.Material]:
-    """The materials that node modifiers bring: no slot of the object knows them."""
+    """The materials that node modifiers bring: no slot of the object holds them."""
     if not any(modifier.type == "NODES" for modifier in ob.modifiers):
         return []
     evaluated = ob.evaluated_get(bpy.context.evaluated_depsgraph_get())
@@ -131,7 +131,7 @@ def add_shading(objects: Iterable[bpy.types.Object], anew: bool = True) -> list[
     """
     objects = list(objects)
     for ob in objects:
-        if is_own(ob.data) and is_own(ob):
+        if is_local(ob.data) and is_local(ob):
             _fill_empty_slots(ob)
     notices = []
     two_sided = _two_sided()
@@ -139,7 +139,7 @@ def add_shading(objects: Iterable[bpy.types.Object], anew: bool = True) -> list[
     for material in materials_of(objects):
         if material in left:
             continue
-        if not is_own(material):
+        if not is_local(material):
             notices.append(Notice(_FOREIGN, material.name))
         elif is_relit_by_newer(material):
             notices.append(Notice(_NEWER, material.name))
@@ -186,7 +186,7 @@ def our_nodes(tree: bpy.types.NodeTree | None) -> Iterator[bpy.types.Node]:
 def own_surfaces_active() -> Iterator[None]:
     """Inside, the outputs that were active before ours are active again in all relit materials: for those who look there."""
     before: list[tuple[bpy.types.Node, bool]] = []
-    for material in filter(is_own, bpy.data.materials):
+    for material in filter(is_local, bpy.data.materials):
         ours = next((node for node in our_nodes(material.node_tree) if OURS in node), None)
         if ours is None:
             continue
@@ -251,7 +251,7 @@ def _relight(material: bpy.types.Material, group: bpy.types.Node, anew: bool = F
     tree, reading = material.node_tree, read_material(material, "EEVEE")
     whole = reading.output is not None and not reading.why_not
     wanted = structure(reading.output) if whole else _MATTE
-    if is_own(material) and (group.get(_SURFACE) != wanted or anew):
+    if is_local(material) and (group.get(_SURFACE) != wanted or anew):
         group[_SURFACE] = wanted
         remove_parts(tree, but=VIEWPORT)
         surface = _relit_where_baked(reading.output, group) if whole else group.outputs["Surface"]
@@ -266,8 +266,8 @@ def _relit_where_baked(output: bpy.types.Node, group: bpy.types.Node) -> bpy.typ
     """The user's surface, relit where there is transport."""
     tree = output.id_data
     mix = add_part(tree, "ShaderNodeMixShader")
-    own, relit = feeding_socket(output.inputs["Surface"]), build_surface(output, sockets_of(group))
-    for entry, source in zip(mix.inputs, (group.outputs["Baked"], own, relit), strict=True):
+    users, relit = feeding_socket(output.inputs["Surface"]), build_surface(output, sockets_of(group))
+    for entry, source in zip(mix.inputs, (group.outputs["Baked"], users, relit), strict=True):
         if source:
             tree.links.new(source, entry)
     return mix.outputs[0]
@@ -306,7 +306,7 @@ def _add_to_material(material: bpy.types.Material, two_sided: bool) -> list[Noti
         turn_nodes(material, True)
         _show_viewport_colour(material)
     tree = material.node_tree
-    output = own_output(tree, "EEVEE")
+    output = user_output(tree, "EEVEE")
 
     group = tree.nodes.new("ShaderNodeGroup")
     group.node_tree, group.width = relight_group(with_backs=two_sided), 200.0

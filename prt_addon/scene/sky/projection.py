@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from ...core.sky.lamps import ENOUGH, Lamps, find_lamps
 from ...core.sky.texels import SkyTexels
-from ...core.sphere import sh, window
+from ...core.sphere import sh, windowing
 from ..blender.images import Undecodable, linear_pixels
 from .identity import SkyIdentity, sky_identity
 from .panorama import panorama
@@ -94,12 +94,12 @@ def projected(sky: Sky, light: Array, by: str, settings: LightSettings, texels: 
         texels: what lamps are looked for in, if they are equirectangular; otherwise the sky is looked at anew.
     """
     if settings.window == "AUTO":
-        deringed = window.dering(light)
+        deringed = windowing.dering(light)
         kept, factors, negative = deringed.light, deringed.factors, (deringed.negative_before, deringed.negative_after)
     else:
-        factors = window.band_factors(settings.window, settings.cutoff)  # type: ignore[arg-type]
-        kept = window.windowed(light, factors)
-        negative = (window.negative_share(light), window.negative_share(kept))
+        factors = windowing.band_factors(settings.window, settings.cutoff)  # type: ignore[arg-type]
+        kept = windowing.windowed(light, factors)
+        negative = (windowing.negative_share(light), windowing.negative_share(kept))
     return Projection(
         kept, _lamps(sky, settings, texels), settings, factors, negative, sky_identity(sky), f"{by}; {sky.following}."
     )

@@ -28,7 +28,7 @@ _LOOKS_ALONG = {
 }
 """Textures that look along the view where their Vector is not linked."""
 
-_KNOWS_DIRECTION = {
+_GIVES_DIRECTION = {
     "ShaderNodeBevel",
     "ShaderNodeBump",
     "ShaderNodeCameraData",
@@ -229,7 +229,7 @@ def _turns(node: bpy.types.Node, wiring: Wiring) -> bool:
 
 
 def is_view(source: bpy.types.NodeSocket | None) -> bool:
-    """Whether a socket gives the direction of view, plainly."""
+    """Whether a socket gives the direction of view, unchanged."""
     return source is not None and (source.node.bl_idname, source.name) == ("ShaderNodeTexCoord", "Generated")
 
 
@@ -241,7 +241,7 @@ def looks_along(entry: bpy.types.NodeSocket) -> bool:
 def _lookups(
     output: bpy.types.Node, wiring: Wiring, through: bpy.types.Node | None = None
 ) -> Iterator[bpy.types.NodeSocket]:
-    """The sockets by which a graph knows the direction: implicit inputs, and outputs or inputs fed by them.
+    """The sockets by which a graph gets the direction: implicit inputs, and outputs or inputs fed by them.
 
     Args:
         output: where to begin.
@@ -266,7 +266,7 @@ def _lookups(
             if not entry.enabled:
                 continue
             source = wiring.source(entry)
-            if source and source.node.bl_idname in _KNOWS_DIRECTION:
+            if source and source.node.bl_idname in _GIVES_DIRECTION:
                 yield entry if is_view(source) else source
             elif source:
                 pending.append(source.node)
@@ -281,7 +281,7 @@ def _takes_a_mapping(socket: bpy.types.NodeSocket, wiring: Wiring) -> bool:
 
 
 def _lone_sun(lookups: list[bpy.types.NodeSocket], world: bpy.types.World) -> bpy.types.Node | None:
-    """The Sky Texture, if it alone knows the direction, and lies where drivers reach it."""
+    """The Sky Texture, if it alone depends on the direction, and lies where drivers reach it."""
     nodes = {socket.node for socket in lookups}
     node = nodes.pop() if len(nodes) == 1 else None
     if node is None or node.bl_idname != "ShaderNodeTexSky" or not lookups[0].is_output:

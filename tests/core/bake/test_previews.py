@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from prt_addon.core.bake.cache import KeptScenes, KeptTraces
+from prt_addon.core.bake.cache import CasterCache, TraceCache
 from prt_addon.core.bake.previews import FIRST, is_worth, preview_settings, previews
 from prt_addon.core.bake.run import Run
 from prt_addon.core.errors import Cancelled
@@ -81,14 +81,14 @@ def test_the_ray_caster_is_built_once(monkeypatch):
 
 
 def test_a_bake_that_needs_no_rays_has_none():
-    """Its traces are kept, of all islands: it is there as soon as they would be."""
-    scene, kept = bouncing.corner(6), KeptTraces()
-    first, seeing = with_previews(scene, kept=kept)
-    again, seen_again = with_previews(scene, kept=kept)
+    """Its traces are cached, of all islands: it is there as soon as they would be."""
+    scene, traces = bouncing.corner(6), TraceCache()
+    first, seeing = with_previews(scene, traces=traces)
+    again, seen_again = with_previews(scene, traces=traces)
     assert len(seeing.shown) == 1 and not seen_again.shown and all(map(np.array_equal, first, again))
     island = BakeProblem.of(*scene, SETTINGS).islands[0]
     other = replace(island, groups=[replace(group, name="Another") for group in island.groups])
-    run = Run(kept=kept, scenes=KeptScenes())
+    run = Run(traces=traces, casters=CasterCache())
     assert not list(previews(BakeProblem([island], SETTINGS), run))
     assert len(list(previews(BakeProblem([island, other], SETTINGS), run))) == 1
 

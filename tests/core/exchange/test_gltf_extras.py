@@ -19,7 +19,7 @@ def test_what_is_written_is_read_back():
     given = gltf_extras.SceneLight(
         rng.normal(size=(9, 3)), rng.normal(size=(9, 3)), suns, axis_angle((1, 2, 3), 0.8), 1.5
     )
-    found = gltf_extras.read(json.loads(json.dumps(gltf_extras.written(2, gltf_extras.Y_UP, given))), 2)
+    found = gltf_extras.from_extras(json.loads(json.dumps(gltf_extras.to_extras(2, gltf_extras.Y_UP, given))), 2)
     for name in ("light", "lamps", "turn"):
         np.testing.assert_allclose(getattr(found, name), getattr(given, name), atol=1e-12)
     assert found.strength == 1.5
@@ -27,15 +27,15 @@ def test_what_is_written_is_read_back():
     for lamp, wanted in zip(found.suns.lamps, suns.lamps, strict=True):
         np.testing.assert_allclose(lamp.direction, wanted.direction)
         np.testing.assert_allclose((lamp.irradiance, lamp.radius), (wanted.irradiance, wanted.radius))
-    assert gltf_extras.read(gltf_extras.written(2, gltf_extras.Y_UP, None), 2) is None
+    assert gltf_extras.from_extras(gltf_extras.to_extras(2, gltf_extras.Y_UP, None), 2) is None
 
 
 def test_the_first_version_is_read():
     """It had neither suns nor lamps."""
-    extras = gltf_extras.written(
+    extras = gltf_extras.to_extras(
         1, gltf_extras.Y_UP, gltf_extras.SceneLight(np.ones((9, 3)), np.zeros((9, 3)), Lamps(), np.eye(3), 1.0)
     )
     extras["version"] = 1
     del extras["suns"], extras["lamps"]
-    found = gltf_extras.read(extras, 2)
+    found = gltf_extras.from_extras(extras, 2)
     assert found.suns == Lamps() and not found.lamps.any() and (found.light == 1.0).all()

@@ -29,7 +29,7 @@ def test_every_number_comes_back():
     numbers = np.random.default_rng(1).integers(-511, 512, size=(40, 9, 3), dtype=np.int32)
     numbers[3], numbers[4] = 511, -511
     numbers[5, :, 1], numbers[6, :, 1] = -511, 511
-    np.testing.assert_array_equal(unpacked(packing.packed(numbers), 40), numbers)
+    np.testing.assert_array_equal(unpacked(packing.to_bytes(numbers), 40), numbers)
 
 
 def test_rounding_is_within_half_a_step_of_each_layer():
@@ -46,4 +46,4 @@ def test_neighbours_that_are_alike_take_little_room():
     along = np.linspace(0.0, 3.0, 5000)
     transport = np.sin(along[:, None] * (1 + np.arange(9)))[:, :, None] * np.ones(3) * 0.3
     numbers, _ = packing.rounded(transport)
-    assert len(gzip.compress(packing.packed(numbers))) < 8 * len(along)
+    assert len(gzip.compress(packing.to_bytes(numbers))) < 8 * len(along)

@@ -128,7 +128,7 @@ def test_own_axes_and_turned_skies():
 
 
 def test_what_lies_inside_is_left_out():
-    """A ball half sunk into a box: half of it is nobody's error, and the report says so."""
+    """A ball half sunk into a box: half of it is never seen, and the report says so."""
     vertices, triangles = shapes.icosphere(3)
     parts = {"ball": (0.5 * vertices + np.array((0.0, 0.0, 1.0)), triangles), "box": shapes.box()}
     [ball, _] = subjects_of(parts, BakeSettings("SHADOWED", 64))

@@ -262,13 +262,13 @@ BROKEN = [
 @pytest.mark.parametrize(("change", "message"), BROKEN)
 @pytest.mark.parametrize("use", [cube_map.project_cubemap, cube_map.to_equirect])
 def test_broken_faces_are_refused(use, change, message):
-    """The user is told which face, and what is wrong with it."""
+    """The message names the face, and what is wrong with it."""
     with pytest.raises(PictureError, match=message):
         use(broken(change))
 
 
 def test_five_faces_are_refused():
-    """In a row without names, the count is all there is to tell."""
+    """In a row without names, the count is all that can be said."""
     with pytest.raises(PictureError, match="6 faces, not 5"):
         cube_map.project_cubemap(list(black(2).values())[:5])
 

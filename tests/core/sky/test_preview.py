@@ -6,7 +6,7 @@ import pytest
 
 from prt_addon.core.sky import preview
 from prt_addon.core.sky import projection as envmap
-from prt_addon.core.sphere import window
+from prt_addon.core.sphere import windowing
 from tests.core.references import axis_angle, order2, random_directions, sphere_quadrature
 
 LIGHT = np.random.default_rng(1).normal(size=(9, 3))
@@ -58,7 +58,7 @@ def test_energy_is_the_integral_of_the_square():
     whole = np.sum(weights[:, None] * (order2(directions) @ LIGHT) ** 2)
     total = preview.energy(preview.light_picture(LIGHT, 128))
     assert np.isclose(total, whole, rtol=1e-3)
-    assert np.isclose(window.energy_shares(LIGHT, total).sum(), 1, rtol=1e-3)
+    assert np.isclose(windowing.energy_shares(LIGHT, total).sum(), 1, rtol=1e-3)
 
 
 def test_display():

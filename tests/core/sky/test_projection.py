@@ -95,7 +95,7 @@ def test_sums_are_float64():
 @pytest.mark.parametrize("row", [0, 99])
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
 def test_broken_texels_are_refused(bad, row):
-    """One NaN would make the whole scene black: the user is told instead, wherever it lies."""
+    """One NaN would make the whole scene black: it is refused instead, wherever it lies."""
     pixels = random_sky(100, 10)
     pixels[row, 5, 1] = bad
     with pytest.raises(PictureError, match="NaN"):

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Faces whose corners lie inside other geometry, against light sampled all over their open parts.
 
-The truth shares nothing with the fit: hemispheres of 1024 rays at random points, weighed alike, told open or covered by
+The truth shares nothing with the fit: hemispheres of 1024 rays at random points, weighed alike, sorted into open and covered by
 where the scenes were built.
 """
 
@@ -81,8 +81,8 @@ def error(groups, occluders, is_open, of=0, fitted=True):
     kept = is_open(points)
     scene = RayScene(occluders.vertices, occluders.triangles)
     places = scene.normalised(points[kept])
-    asked = Receivers(places, normals[kept], np.arange(kept.sum()), scene.skips(places, group.radius))
-    truth = shadowed(scene, asked, 1024, 9)
+    receivers_there = Receivers(places, normals[kept], np.arange(kept.sum()), scene.skips(places, group.radius))
+    truth = shadowed(scene, receivers_there, 1024, 9)
     shown = np.einsum("nk,nkc->nc", shares, transport[group.faces[face]])[kept]
     return np.sqrt(((shown - truth) ** 2).mean() / (truth**2).mean())
 

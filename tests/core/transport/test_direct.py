@@ -155,7 +155,7 @@ def test_bits_do_not_depend_on_chunks_or_threads(monkeypatch, rays_at_a_time, th
     scene, points = self_shadowing()
     expected = shadowed(scene, points, 100)
     monkeypatch.setattr(transport, "_RAYS_AT_A_TIME", rays_at_a_time)
-    chunk = transport.Pattern(100, 0).chunk
+    chunk = transport.RayPattern(100, 0).chunk
     assert chunk == max(1, rays_at_a_time // 100)
     assert np.array_equal(shadowed(scene, points, 100, workers=Workers(threads)), expected)
 

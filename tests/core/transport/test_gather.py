@@ -9,7 +9,7 @@ import pytest
 from prt_addon.core.bake.bake import bounce
 from prt_addon.core.surface import Albedo
 from prt_addon.core.transport import gather as gather_module
-from prt_addon.core.transport.direct import Pattern
+from prt_addon.core.transport.direct import RayPattern
 from prt_addon.core.transport.gather import Gather
 from prt_addon.core.transport.raycast import RayScene
 from tests.core.baking import trace_all
@@ -34,7 +34,7 @@ def test_gather_is_the_matrix_it_claims_to_be():
     scene = RayScene(occluders.vertices, occluders.triangles)
     points, normals = (np.concatenate([getattr(group, name) for group in groups]) for name in ("points", "normals"))
     receivers = receivers_at(scene.normalised(points), normals)
-    rays = Pattern(128, 5).rays(receivers)
+    rays = RayPattern(128, 5).rays(receivers)
     hits = scene.hits(rays.origins, rays.directions)
     returned_light = np.flatnonzero((hits.triangle >= 0) & hits.front)
     triangle, u, v = hits.triangle[returned_light], hits.u[returned_light], hits.v[returned_light]

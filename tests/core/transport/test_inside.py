@@ -215,11 +215,11 @@ def test_same_bits_for_any_chunks_threads_and_group_order(monkeypatch):
 def test_it_is_told_and_rays_are_not_counted():
     groups, occluders = ball_in_ground()
     monitor, problem = Noting(), BakeProblem.of(groups, occluders, SETTINGS)
-    told = engine.bake(problem, Run(Workers(monitor=monitor))).findings
+    findings = engine.bake(problem, Run(Workers(monitor=monitor))).findings
     assert monitor.done == problem.work
-    assert [number for number, _ in told] == [0, 1]
+    assert [number for number, _ in findings] == [0, 1]
     share = np.mean(buried_of(groups, occluders)[0])
-    assert told[0][1].sentence.startswith(f"{share:.0%} of the receivers of 'mesh 0' lie inside other geometry")
+    assert findings[0][1].sentence.startswith(f"{share:.0%} of the receivers of 'mesh 0' lie inside other geometry")
 
 
 def test_black_and_tiny_objects_are_told():
@@ -241,7 +241,7 @@ def test_an_object_that_is_dark_for_the_most_part_is_told():
 
 def test_usual_bakes_cast_no_more_rays(monkeypatch):
     """Nothing dark beside light: nothing to look at. A closed room is dark all over and costs none either."""
-    monkeypatch.setattr(buried_module, "Pattern", None)
+    monkeypatch.setattr(buried_module, "RayPattern", None)
     for mesh in (shapes.icosphere(4), shapes.torus(), flipped(shapes.icosphere(4))):
         bake(*scene_of(mesh), SETTINGS)
 

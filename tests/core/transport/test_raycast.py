@@ -196,7 +196,7 @@ def pane(opacity, height=1.0, panes=1):
 
 @pytest.mark.parametrize("panes", [1, 2, 5])
 def test_panes_let_their_share_through(panes):
-    """Each on its own: light behind n panes is the n-th power of what one lets through. Whatever is asked together."""
+    """Each on its own: light behind n panes is the n-th power of what one lets through. Whatever is looked up together."""
     scene, directions = pane(0.4, panes=panes), random_directions(60000, seed=3)
     directions[:, 2] = np.abs(directions[:, 2]) + 0.05
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)

@@ -12,7 +12,7 @@ OPEN = np.sqrt(1.0 / (4.0 * np.pi))
 
 
 def plate_over_floor(gap, away=None, unit=1.0, faces=1):
-    """T_0 in the middle of a floor of 2 x 2 under a plate of 1 x 1 in a gap; with a wall of 2 km so far away, if asked.
+    """T_0 in the middle of a floor of 2 x 2 under a plate of 1 x 1 in a gap; with a wall of 2 km so far away, if wanted.
 
     faces: of the wall along each side.
     """

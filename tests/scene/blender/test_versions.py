@@ -66,7 +66,7 @@ def test_newer_bake_is_refused(blender, part, stage, ball, tmp_path):
 
 @pytest.mark.parametrize("version", [None, 0, -3, "one"])
 def test_bake_of_unknown_origin_is_baked_again(blender, part, ball, version):
-    """Nothing can be told of it but that a new bake is due, and that replaces it."""
+    """Nothing can be said of it but that a new bake is due, and that replaces it."""
     set_version(ball.data, "prt_bake", version)
     assert glance(blender, part, ball).text == "of unknown origin: bake again to be able to check"
     assert blender.ops.prt.check() == {"FINISHED"}

@@ -105,8 +105,8 @@ def test_axes_of_transport_are_told(blender, ball, export, space):
     ball.prt.space = space
     blender.ops.prt.bake(mode="UNSHADOWED")
     page = export()
-    told = {mesh["name"]: mesh["primitives"][0]["extras"]["prt_relight"]["space"] for mesh in page.document["meshes"]}
-    assert told == {"Sphere": space, "Cube": "SCENE"}
+    spaces = {mesh["name"]: mesh["primitives"][0]["extras"]["prt_relight"]["space"] for mesh in page.document["meshes"]}
+    assert spaces == {"Sphere": space, "Cube": "SCENE"}
 
 
 def test_materials_that_the_exporter_cannot_read(blender, stage, ball, export, capfd):

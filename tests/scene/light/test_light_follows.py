@@ -252,7 +252,7 @@ def test_windows(blender, part, scene, stage, light, window):
     blender.ops.prt.project_light(window=window, cutoff=4.0)
     record = world["prt_light"]
     before, after = record["negative"]
-    core = part("window")
+    core = part("windowing")
     factors = core.dering(plain).factors if window == "AUTO" else core.band_factors(window, 4.0)
     np.testing.assert_allclose(light.read_light(world), core.windowed(plain, factors), rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(record["factors"], factors)

@@ -107,7 +107,7 @@ def test_unread_colours_of_instances(blender, part, scene, stage, monkeypatch, k
 
 
 def test_without_cycles_the_viewport_colour_stands_in(blender, part, scene, stage, monkeypatch):
-    """Blender refuses to bake, as it does in some contexts: the user is told what is taken instead."""
+    """Blender refuses to bake, as it does in some contexts: what is taken instead is said."""
     ob = stage.object_of("A", stage.grid(1, 1.0), stage.diffuse("Noisy"))
     material = ob.data.materials[0]
     material.diffuse_color = (0.2, 0.4, 0.6, 1.0)

@@ -29,7 +29,7 @@ def test_missing_image_is_not_pink(blender, part, scene, stage):
 
 @pytest.mark.parametrize("where", ["mix of shaders", "box projection", "group", "no image"])
 def test_lost_pictures_behind_other_nodes_are_not_pink(blender, part, scene, stage, where):
-    """Wherever the picture is missing, Cycles is not asked for a colour that it can only show in pink."""
+    """Wherever the picture is missing, Cycles does not evaluate a colour that it can only show in pink."""
     material = stage.diffuse("Torn")
     material.diffuse_color = (0.2, 0.4, 0.6, 1.0)
     lost = blender.data.images.new("Lost", 1, 1)

@@ -44,7 +44,7 @@ def vertices_of(ob):
     return np.array([vertex.co[:] for vertex in ob.data.vertices])
 
 
-def told(capfd):
+def printed(capfd):
     """What operators reported: they print it where there is no window."""
     return capfd.readouterr().out
 
@@ -93,7 +93,7 @@ def test_ball_sunk_into_a_floor_has_no_black_ring(bake, stage, capfd, mode):
     transport, height = bake(ball, floor, mode=mode), vertices_of(ball)[:, 2]
     assert transport[np.abs(height) < 0.3, 0].min() > 0.35 * OPEN  # the floor hides half of the sky there
     assert transport[height < -0.3, 0].min() > 0.35 * OPEN
-    said = told(capfd)
+    said = printed(capfd)
     assert "2 objects have receivers inside other geometry, which take the light of open parts" in said
     assert "'Ball', 'Floor'" in said
 
@@ -104,7 +104,7 @@ def test_a_wholly_buried_object_is_black_and_said(bake, stage, capfd):
     shell = mesh_of(stage, "Shell", uv_sphere(16))
     shell.scale = 3, 3, 3
     assert bake(ball, shell)[:, 0].max() == 0.0
-    said = told(capfd)
+    said = printed(capfd)
     assert "No light reaches 'Ball'" in said
     assert "open parts" not in said
 
@@ -115,7 +115,7 @@ def test_faces_turned_inside_out_are_black_and_said(bake, stage, capfd):
     ball = mesh_of(stage, "Ball", uv_sphere(32))
     ball.data.flip_normals()
     assert bake(ball)[:, 0].max() < 0.05 * OPEN
-    assert "No light reaches 'Ball'" in told(capfd)
+    assert "No light reaches 'Ball'" in printed(capfd)
 
 
 def test_one_turned_face_leaves_the_others_alone(bake, blender, stage):
@@ -262,7 +262,7 @@ def test_what_float32_cannot_hold_is_said(bake, blender, stage, capfd):
     blender.context.view_layer.update()
     np.testing.assert_allclose(bake(ball, far)[:, 0], OPEN, rtol=1e-3)
     assert re.search(
-        "'(Ball|Far)' is tiny, and far from the finest part of the scene: shadows from closer than 1 ", told(capfd)
+        "'(Ball|Far)' is tiny, and far from the finest part of the scene: shadows from closer than 1 ", printed(capfd)
     )
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Recognise, or let Blender evaluate: whatever could change a sky is handled, or Cycles is asked; and freshness covers it."""
+"""Recognise, or let Blender evaluate: whatever could change a sky is handled, or Cycles evaluates it; and freshness covers it."""
 
 import bpy
 import numpy as np
@@ -37,7 +37,7 @@ def test_a_muted_link_brings_no_sky(part, scene, sky, texture):
 
 
 def test_coordinates_that_only_scripts_change(blender, part, scene, stage, sky, texture, coarse, tmp_path):
-    """Cycles is asked, and what it says is what it renders."""
+    """Cycles evaluates it, and what it finds is what it renders."""
     plain = light_of(part, scene)
     texture.texture_mapping.scale = (1.0, 1.0, -1.0)
     adjusted = light_of(part, scene)

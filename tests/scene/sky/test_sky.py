@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Worlds: which can be followed, and what the user is told of those that cannot."""
+"""Worlds: which can be followed, and what is said of those that cannot."""
 
 import numpy as np
 import pytest

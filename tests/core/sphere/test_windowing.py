@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from prt_addon.core.sphere import window
+from prt_addon.core.sphere import windowing
 from tests.core.references import order2, random_directions, sphere_quadrature
 
 KINDS = ["HANN", "LANCZOS"]
@@ -22,19 +22,19 @@ def values(light, count=60):
 
 def test_published_factors():
     """The formulas at cutoffs where they are known by heart."""
-    assert np.array_equal(window.band_factors("NONE"), [1, 1, 1])
-    assert np.allclose(window.band_factors("HANN"), [1, 0.75, 0.25])
-    assert np.allclose(window.band_factors("HANN", 2), [1, 0.5, 0])
-    assert np.allclose(window.band_factors("LANCZOS", 2), [1, 2 / np.pi, 0])
-    assert np.allclose(window.band_factors("LANCZOS"), [1, np.sqrt(27) / (2 * np.pi), np.sqrt(27) / (4 * np.pi)])
+    assert np.array_equal(windowing.band_factors("NONE"), [1, 1, 1])
+    assert np.allclose(windowing.band_factors("HANN"), [1, 0.75, 0.25])
+    assert np.allclose(windowing.band_factors("HANN", 2), [1, 0.5, 0])
+    assert np.allclose(windowing.band_factors("LANCZOS", 2), [1, 2 / np.pi, 0])
+    assert np.allclose(windowing.band_factors("LANCZOS"), [1, np.sqrt(27) / (2 * np.pi), np.sqrt(27) / (4 * np.pi)])
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_factors_at_the_ends(kind):
     """A wide window keeps everything, the narrowest the mean alone, and nothing comes back beyond the cutoff."""
-    assert np.array_equal(window.band_factors(kind, np.inf, 8), np.ones(9))
-    assert np.allclose(window.band_factors(kind, 1, 8), [1] + [0] * 8, rtol=0, atol=1e-15)
-    factors = window.band_factors(kind, 4.5, 8)
+    assert np.array_equal(windowing.band_factors(kind, np.inf, 8), np.ones(9))
+    assert np.allclose(windowing.band_factors(kind, 1, 8), [1] + [0] * 8, rtol=0, atol=1e-15)
+    factors = windowing.band_factors(kind, 4.5, 8)
     assert (np.diff(factors[:6]) < 0).all() and np.allclose(factors[5:], 0, rtol=0, atol=1e-15)
 
 
@@ -42,12 +42,12 @@ def test_factors_at_the_ends(kind):
 def test_no_cutoff_below_one(cutoff):
     """Band 0 is never dimmed."""
     with pytest.raises(ValueError, match="at least 1"):
-        window.band_factors("HANN", cutoff)
+        windowing.band_factors("HANN", cutoff)
 
 
 def test_windowed_scales_bands():
     """Every coefficient by its band's factor."""
-    scaled = window.windowed(np.ones((9, 3)), np.array([1, 0.5, 0.25]))
+    scaled = windowing.windowed(np.ones((9, 3)), np.array([1, 0.5, 0.25]))
     assert np.array_equal(scaled[:, 1], [1, 0.5, 0.5, 0.5, 0.25, 0.25, 0.25, 0.25, 0.25])
 
 
@@ -62,8 +62,8 @@ def test_minimum_is_that_of_a_descent(seed):
             near = best[:, None] + reach * random_directions(100, seed + 1)
             best = np.concatenate([best, (near / np.linalg.norm(near, axis=-1, keepdims=True)).reshape(-1, 3)])
         descended = (order2(best) @ light[:, channel]).min()
-        assert np.isclose(window.minimum(light)[channel], descended, rtol=0, atol=1e-7)
-        assert window.minimum(light)[channel] <= descended + 1e-12
+        assert np.isclose(windowing.minimum(light)[channel], descended, rtol=0, atol=1e-7)
+        assert windowing.minimum(light)[channel] <= descended + 1e-12
 
 
 def test_minimum_by_hand():
@@ -82,7 +82,7 @@ def test_minimum_by_hand():
         0.0: 0 * one,
     }
     for least, light in cases.items():
-        assert np.isclose(window.minimum(light[:, None])[0], least, rtol=0, atol=1e-9), least
+        assert np.isclose(windowing.minimum(light[:, None])[0], least, rtol=0, atol=1e-9), least
 
 
 @pytest.mark.parametrize("band_1", [0.0, 1e-300, 1e-160, 1e-30, 1e-17, 1e-9])
@@ -91,10 +91,10 @@ def test_minimum_with_next_to_no_band_1(band_1, seed):
     """Below the last bit of band 2 it changes nothing; the minimum stays that of band 2."""
     light = np.random.default_rng(seed).normal(size=(9, 3))
     light[1:4] = 0.0
-    wanted = window.minimum(light)
+    wanted = windowing.minimum(light)
     light[1:4] = band_1 * np.random.default_rng(seed + 1).normal(size=(3, 3))
-    np.testing.assert_allclose(window.minimum(light), wanted, atol=1e-14 + 10.0 * band_1)
-    assert (window.minimum(light) <= values(light, 60).min(axis=0)).all()
+    np.testing.assert_allclose(windowing.minimum(light), wanted, atol=1e-14 + 10.0 * band_1)
+    assert (windowing.minimum(light) <= values(light, 60).min(axis=0)).all()
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -102,13 +102,13 @@ def test_minimum_with_next_to_no_band_1(band_1, seed):
 def test_deringing_a_lamp(kind, direction):
     """No direction is left negative, and a slightly wider window would not have done."""
     light = lamp(direction)
-    done = window.dering(light, kind)
+    done = windowing.dering(light, kind)
     assert values(light).min() < -0.05 and done.negative_before > 0.2
     assert values(done.light).min() > -1e-9 and done.negative_after == 0
-    assert np.array_equal(done.light, window.windowed(light, done.factors))
-    assert np.array_equal(done.factors, window.band_factors(kind, done.cutoff))
-    wider = window.windowed(light, window.band_factors(kind, done.cutoff * 1.001))
-    assert window.minimum(wider).min() < 0
+    assert np.array_equal(done.light, windowing.windowed(light, done.factors))
+    assert np.array_equal(done.factors, windowing.band_factors(kind, done.cutoff))
+    wider = windowing.windowed(light, windowing.band_factors(kind, done.cutoff * 1.001))
+    assert windowing.minimum(wider).min() < 0
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -117,9 +117,9 @@ def test_deringing_takes_the_mildest(kind, seed):
     """Of the cutoffs of a plain search on a grid of directions, none wider leaves the sky without a negative part."""
     random = np.random.default_rng(seed)
     light = np.concatenate([3 + random.uniform(size=(1, 3)), random.normal(size=(8, 3))])
-    done = window.dering(light, kind)
+    done = windowing.dering(light, kind)
     for inverse in np.linspace(0, 1 / done.cutoff - 1e-3, 50):
-        wider = window.windowed(light, window.band_factors(kind, 1 / inverse if inverse > 0 else np.inf))
+        wider = windowing.windowed(light, windowing.band_factors(kind, 1 / inverse if inverse > 0 else np.inf))
         assert values(wider).min() < 1e-3
     assert values(done.light).min() > -1e-9
 
@@ -127,8 +127,8 @@ def test_deringing_takes_the_mildest(kind, seed):
 def test_one_cutoff_for_all_channels():
     """The worst channel decides; the colours do not drift apart."""
     calm, ringing = np.eye(9)[0] * 4, lamp((0, 0, 1))[:, 0]
-    alone = window.dering(np.stack([ringing] * 3, axis=1))
-    mixed = window.dering(np.stack([calm, ringing, calm], axis=1))
+    alone = windowing.dering(np.stack([ringing] * 3, axis=1))
+    mixed = windowing.dering(np.stack([calm, ringing, calm], axis=1))
     assert mixed.cutoff == alone.cutoff
     assert np.allclose(mixed.light[:, 0], calm)
 
@@ -141,7 +141,7 @@ def test_calm_skies_are_left_alone(radiance):
     touching = constant.copy()
     touching[2] = constant[0] / np.sqrt(3)  # radiance * (1 + z)
     for light in (constant, touching):
-        done = window.dering(light)
+        done = windowing.dering(light)
         assert done.cutoff == np.inf and np.array_equal(done.light, light)
         assert done.negative_before <= 1e-3 and done.negative_after <= 1e-3
 
@@ -149,12 +149,12 @@ def test_calm_skies_are_left_alone(radiance):
 def test_scale_does_not_matter():
     """Photographs come in any unit."""
     light = lamp(random_directions(1)[0])
-    assert np.isclose(window.dering(light * 1e5).cutoff, window.dering(light).cutoff, rtol=1e-9)
+    assert np.isclose(windowing.dering(light * 1e5).cutoff, windowing.dering(light).cutoff, rtol=1e-9)
 
 
 def test_a_sky_below_zero_keeps_its_mean():
     """No window can help: band 0 alone is left, and the share says so."""
-    done = window.dering(-lamp((1, 0, 0)))
+    done = windowing.dering(-lamp((1, 0, 0)))
     assert np.allclose(done.light[1:], 0, rtol=0, atol=1e-15) and done.negative_after == 1
 
 
@@ -162,10 +162,10 @@ def test_negative_share():
     """Caps of known area, and the union over channels."""
     light = np.zeros((9, 3))
     light[0], light[2, 0] = 0.5 * np.sqrt(4 * np.pi), np.sqrt(4 * np.pi / 3)  # 0.5 + z: below z = -0.5
-    assert np.isclose(window.negative_share(light), 0.25, rtol=0, atol=1e-3)
+    assert np.isclose(windowing.negative_share(light), 0.25, rtol=0, atol=1e-3)
     light[2, 1] = -light[2, 0]
-    assert np.isclose(window.negative_share(light), 0.5, rtol=0, atol=1e-3)
-    assert window.negative_share(light[:1]) == 0
+    assert np.isclose(windowing.negative_share(light), 0.5, rtol=0, atol=1e-3)
+    assert windowing.negative_share(light[:1]) == 0
 
 
 def test_energy_shares():
@@ -176,6 +176,6 @@ def test_energy_shares():
     for band in range(3):
         here = slice(band**2, (band + 1) ** 2)
         expected.append(np.sum(weights[:, None] * (basis[:, here] @ light[here]) ** 2))
-    assert np.allclose(window.energy_shares(light), np.array(expected) / np.sum(expected))
-    assert np.allclose(window.energy_shares(light, 2 * np.sum(expected)).sum(), 0.5)
-    assert np.array_equal(window.energy_shares(np.zeros((9, 3))), [0, 0, 0])
+    assert np.allclose(windowing.energy_shares(light), np.array(expected) / np.sum(expected))
+    assert np.allclose(windowing.energy_shares(light, 2 * np.sum(expected)).sum(), 0.5)
+    assert np.array_equal(windowing.energy_shares(np.zeros((9, 3))), [0, 0, 0])
