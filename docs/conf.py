@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The documents, and the engine's docstrings, as a site: `make docs`, in build/docs. It opens from disk, too."""
+"""Builds the documents, and the engine's docstrings, as a site: `make docs`, in build/docs. It opens from disk, too."""
 
 import re
 import sys

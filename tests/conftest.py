@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The real Blender with the real extension enabled, once per session, and an empty file per test."""
+"""Enables the real extension in the real Blender once per session, and gives each test an empty file."""
 
 import importlib
 

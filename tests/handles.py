@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where the parts of the extension lie that tests take hold of: the one place that a move has to change.
+"""Says where the parts of the extension lie that tests take hold of: the one place that a move has to change.
 
 `part("light")` imports one under the name that Blender gave it. Tests of the engine alone import `prt_addon.core` as it is.
 """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blender's own word on what a world shows where, and its integral by brute force. Used inside Blender only."""
+"""Renders what a world shows where, by Blender itself, and integrates it by brute force. Used inside Blender only."""
 
 import bpy
 import headless

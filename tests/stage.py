@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What tests put in front of Blender's camera, and how they read the picture back. Used inside Blender only."""
+"""Puts things in front of Blender's camera for tests, and reads the picture back. Used inside Blender only."""
 
 import bpy
 import headless

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The interreflected bake against Cycles' light, vertex by vertex, where both light the same scene.
+"""The interreflected bake is Cycles' light, vertex by vertex, where both light the same scene.
 
 The sky holds nothing beyond order 2, so nine coefficients lose none of it; the surfaces are diffuse; light bounces as
 often in both. What is left to differ is an error of the bake, if the meshes are fine enough for light to be linear

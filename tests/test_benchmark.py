@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The quick benchmark, as a check that nothing became twice as slow or large. Bounds are generous: other work may run."""
+"""The quick benchmark shows that nothing became twice as slow or large. Bounds are generous: other work may run."""
 
 import json
 import subprocess

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The course's homework as `make course` makes it: the files are whole, and belong together."""
+"""`make course` makes whole files that belong together."""
 
 import sys
 from pathlib import Path

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Scenes as people build them, whose corners lie inside other geometry: EEVEE's picture against Cycles'."""
+"""Scenes whose corners lie inside other geometry, as people build them, look in EEVEE as in Cycles."""
 
 import numpy as np
 import pytest

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The documents: their links lead somewhere, their commands run, and they name what there is."""
+"""The documents' links lead somewhere, their commands run, and what they name or quote is there."""
 
+import ast
 import re
 import subprocess
 import sys
@@ -100,6 +101,34 @@ def test_commands_run(desk, document):
             done = subprocess.run(["bash", "-c", f"{blender}\n{code}"], cwd=desk, capture_output=True, text=True)
             assert done.returncode == 0, done.stdout + done.stderr
     assert (desk / "file.blend1").exists()  # the last one saved the file
+
+
+def sentences_of(source):
+    """What stands between the values in all texts of a module."""
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str):
+            yield from re.split(r"\{\w+\}", node.value)
+
+
+def quoted(document):
+    """What documents quote of messages, without the names and numbers in them."""
+    text = (CHECKOUT / "docs" / document).read_text()
+    if document == "survey.md":
+        said = [line.split(" | ")[-1].rstrip(" |") for line in text.splitlines() if line.startswith("| ")][2:]
+        said = [line for line in said if not line.startswith("Error:")]  # Blender's own
+        parts = [part for line in said for part in re.split(r"'[^']*'|[\d%]+|\. |[():;]", line)]
+        return {part.strip(" .,") for part in parts if part.count(" ") > 6}
+    return {part.strip(" .") for part in re.findall(r'"([^"\n]{12,})"', text)}
+
+
+@pytest.mark.parametrize("document", ["survey.md", "troubleshooting.md"])
+def test_messages_are_quoted_as_they_are(document):
+    """No wording of an earlier version."""
+    paths = [path for part in ("prt_addon", "operators", "ui") for path in (CHECKOUT / part).rglob("*.py")]
+    source = "\n".join(sentence for path in paths for sentence in sentences_of(path.read_text(encoding="utf-8")))
+    found = quoted(document)
+    assert len(found) > 3
+    assert [part for part in found if part not in source] == []
 
 
 def test_changes_are_written_down_for_this_version():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What Blender requires of an extension: its manifest, and its registration."""
+"""The manifest and the registration are what Blender requires of an extension."""
 
 import subprocess
 import sys

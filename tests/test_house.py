@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""No circles: neither between files nor between packages, and data flows one way."""
+"""Neither files nor packages import in circles, data flows one way, and all state lies in one place."""
 
 import ast
 from pathlib import Path

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Habits of Blender's interface that are kept: tooltips, presets, keyframes, a menu, settings that stay, undo."""
+"""The interface keeps Blender's habits: tooltips, presets, keyframes, a menu, settings that stay, undo."""
 
 import importlib
 from types import SimpleNamespace

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Baked objects appended, linked and overridden in other files: they show the other file's light, and nothing piles up."""
+"""Baked objects that are appended, linked or overridden show the other file's light, and nothing piles up."""
 
 import subprocess
 import sys

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What people do to baked objects, worlds and scenes, and to the session itself: no traceback, nothing left behind."""
+"""What people do to baked objects, worlds and scenes, and to the session, raises nothing and leaves nothing behind."""
 
 import os
 import subprocess

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Objects baked in their own axes: turned, moved, mirrored, animated, they look as if baked again where they stand."""
+"""Objects baked in their own axes, turned, moved, mirrored or animated, look as if baked again where they stand."""
 
 import subprocess
 import sys

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The zips that people install: what they hold, and what they do in a Blender that has neither embreex nor tqdm."""
+"""The zips that people install hold what they need, and work in a Blender that has neither embreex nor tqdm."""
 
 import json
 import os

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The whole way, from a bake to EEVEE's pixels, against NumPy and against Cycles."""
+"""From a bake to EEVEE's pixels, the light is that of NumPy and of Cycles."""
 
 import subprocess
 import sys

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The worked example outside Blender, docs/examples/relight_gltf.py: its numbers are Blender's and EEVEE's."""
+"""The worked example outside Blender, docs/examples/relight_gltf.py, gives Blender's and EEVEE's numbers."""
 
 import subprocess
 import sys

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The main job on real input: bake, relight, turn the world, and compare with a path tracer.
+"""Does the main job on real input: bakes, relights, turns the world, and compares with a path tracer.
 
     python tools/demo.py [--blend FILE] [--output FOLDER]
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The demo's scene: a finely tessellated, glazed Suzanne on a plinth, under a low sun: an HDRI that Blender ships."""
+"""Builds the demo's scene: a finely tessellated, glazed Suzanne on a plinth, under a low sun: an HDRI that Blender ships."""
 
 from __future__ import annotations
 

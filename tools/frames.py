@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Frames of the active scene by EEVEE and Cycles, of the same light, and pictures made of them."""
+"""Renders frames of the active scene by EEVEE and Cycles, of the same light, and makes pictures of them."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The pictures and numbers of README and docs: every HDRI that Blender ships, every mode, beside Cycles.
+"""Makes the pictures and numbers of README and docs: every HDRI that Blender ships, every mode, beside Cycles.
 
     python tools/gallery.py [--output FOLDER]
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blender as a Python module, with this checkout enabled in it as the real extension.
+"""Loads Blender as a Python module, and enables this checkout in it as the real extension.
 
 Import this before `bpy`: it gives the process a profile of its own, so that the user's preferences and extensions
 neither help nor hinder.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The zips that people install, built by Blender's own build tool.
+"""Builds the zips that people install, by Blender's own build tool.
 
     python tools/package.py [--output FOLDER]
 

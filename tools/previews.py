@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Three frames of one bake, as the pages show them: its two previews, and its end.
+"""Renders three frames of one bake, as the pages show them: its two previews, and its end.
 
 python tools/previews.py [--output FILE]
 """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The first press of the button in files that other people have made: what is baked, what is said, how long it takes, and
+"""Tries the first press of the button in files that other people have made: what is baked, what is said, how long it takes, and
 how far EEVEE's picture is from Cycles' with matte surfaces.
 
     python tools/survey.py FOLDER --page docs/survey.md

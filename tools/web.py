@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The demo's scene as a web page, opened in a browser where there is one.
+"""Writes the demo's scene as a web page, and opens it in a browser where there is one.
 
 python tools/web.py [--output FILE]
 """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Scenes that light bounces in: panels, a corner, a room, a closed sphere."""
+"""Builds scenes that light bounces in: panels, a corner, a room, a closed sphere."""
 
 from dataclasses import replace
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the tests compare with: textbook formulas and quadrature that share no code with the engine."""
+"""Computes what the tests compare with: textbook formulas and quadrature that share no code with the engine."""
 
 import numpy as np
 

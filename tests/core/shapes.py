@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Meshes as (vertices, triangles), counter-clockwise seen from outside or from above."""
+"""Makes meshes as (vertices, triangles), counter-clockwise seen from outside or from above."""
 
 import numpy as np
 import numpy.typing as npt

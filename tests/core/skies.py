@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Skies with a sun, and what convex surfaces lose of them in few bands: closed forms and sums that share no code with the engine."""
+"""Makes skies with a sun, and computes what convex surfaces lose of them in few bands, by no code of the engine."""
 
 import numpy as np
 from numpy.polynomial import Legendre

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The golden numbers, which the web's code must give, too: they are what the formulas say, and what the engine gives."""
+"""The golden numbers, which the web's code must give, too, are what the formulas say and what the engine gives."""
 
 import json
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is to be baked: which settings matter, how much work it is, and what its rays depend on."""
+"""A problem says which settings matter, how much work it is, and what its rays depend on."""
 
 from dataclasses import replace
 

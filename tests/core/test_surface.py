@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Albedo at hit points: the picture is looked up where the ray lands."""
+"""Albedo is looked up in the picture where a ray lands."""
 
 import numpy as np
 import pytest

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Chunks on threads."""
+"""Workers run each chunk once, on all threads, and stop within a chunk."""
 
 import threading
 import time
@@ -64,7 +64,7 @@ def test_cancel_stops_soon_and_comes_out():
 
 
 def test_cancel_drops_what_is_queued():
-    """Chunks that no thread has begun are never begun: here both threads are busy with 1 and 2 when 0 is stopped."""
+    """Chunks that no thread has begun are never begun: here both threads are busy with 1 and 2 when the end of 0 raises."""
     ran, release = [], threading.Event()
 
     def work(part):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The file that all farms bake."""
+"""Makes the file that all farms bake."""
 
 import pytest
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What tests of farms have in common: an executable in place of Blender's, processes that are killed, and the result."""
+"""Gives tests of farms an executable in place of Blender's, processes that are killed, and the result."""
 
 import os
 import signal

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The Flamenco job type: compiled by a host that is as strict as Flamenco, and its command lines really run.
+"""The Flamenco job type compiles on a host that is as strict as Flamenco, and its command lines really run.
 
 No Flamenco Manager or Worker takes part: see docs/farm.md.
 """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The Open Job Description template: checked, and run whole by the reference runner, with a shard that is killed."""
+"""The Open Job Description template is valid, and the reference runner runs it whole, with a shard that is killed."""
 
 import os
 import signal

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The scripts for Slurm on a real one, of this machine alone: `make farm` starts it, and stops it afterwards."""
+"""The scripts for Slurm run on a real one, of this machine alone: `make farm` starts it, and stops it afterwards."""
 
 import os
 import shutil

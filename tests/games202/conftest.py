@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The browser, a server of the page's files, and what Blender exports beside them."""
+"""Starts a browser and a server of the page's files, and has Blender export what the pages read."""
 
 import functools
 import http.server

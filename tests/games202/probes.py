@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Probes of docs/examples/games202: pages that draw in floats with its scripts and post the pixels."""
+"""Runs probes of docs/examples/games202: pages that draw in floats with its scripts and post the pixels."""
 
 import json
 import subprocess

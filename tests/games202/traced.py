@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""NumPy's ray tracer of the exported mesh: the light of each pixel, as the page should draw it."""
+"""Traces the exported mesh in NumPy: the light of each pixel, as the page should draw it."""
 
 import numpy as np
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Values that no button gives: from scripts, other programs' files, and other people's properties. Each is one sentence."""
+"""Values that no button gives, from scripts, other programs' files, and other people's properties, are one sentence each."""
 
 import numpy as np
 import pytest

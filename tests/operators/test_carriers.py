@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Meshes that cannot hold their transport: modifiers that add vertices, objects that share a mesh. Nothing is applied."""
+"""Carriers hold the transport that a mesh cannot: of modifiers that add vertices, of objects that share a mesh. Nothing is applied."""
 
 import headless
 import numpy as np

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bakes on the command line: progress on a terminal, Ctrl-C, and a kill that checkpoints survive."""
+"""Bakes on the command line show progress, end at Ctrl-C, and resume after a kill."""
 
 import fcntl
 import os

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cube maps through the operator: the light, the world that is set up, and what is refused."""
+"""Importing a cube map gives its light and a world that shows it, or a sentence."""
 
 import struct
 import zlib

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a new user meets first: the default scene, a floor of four vertices, sentences with buttons, and the way back."""
+"""A new user meets the default scene, a floor of four vertices, sentences with buttons, and the way back."""
 
 import numpy as np
 import pytest

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""GAMES202 files through the operators: what is written, that it comes back, and what is refused."""
+"""GAMES202 files are written by the operators, come back, or are refused."""
 
 import numpy as np
 import pytest

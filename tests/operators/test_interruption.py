@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bakes that are stopped: from the window, by Ctrl-C in a script, by another file; nothing is lost and nothing is left."""
+"""Bakes that are stopped, from the window, by Ctrl-C or by another file, lose nothing and leave nothing."""
 
 import contextlib
 import os

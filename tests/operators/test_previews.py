@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Previews of a bake: what they leave in the file, what the end makes of them, and what is there again if there is none."""
+"""Previews of a bake leave no trace in what the end makes of the file, or all is there again if there is no end."""
 
 import importlib
 import random

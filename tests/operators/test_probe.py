@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Looking at the SH light: the picture, the probe in EEVEE's pixels, the small picture of the panel."""
+"""The picture, the probe in EEVEE's pixels, and the small picture of the panel show the SH light."""
 
 import numpy as np
 import pytest

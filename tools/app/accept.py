@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The acceptance suite: the zips that people install, in the application that people use.
+"""Tries the zips that people install, in the application that people use: the acceptance suite.
 
 Run by run.sh as root of the folder that root.sh set up. Leaves a picture of every step beside itself, to be looked at.
 """

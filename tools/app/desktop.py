@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A person at a screen: Blender's window under Xvfb, seen, clicked and typed at.
+"""Plays a person at a screen: Blender's window under Xvfb is seen, clicked and typed at.
 
 No button's place is written down here. `find("Bake PRT")` reads the screen by OCR, as eyes would, so a layout may change
 without a change here; what a click came to is read from the state that watch.py writes from inside Blender.

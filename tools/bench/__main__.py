@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How fast, how large, how it grows: all experiments in one run.
+"""Measures how fast the engine is, how large, and how it grows: all experiments in one run.
 
     python tools/bench [--quick] [--output FOLDER] [--page FILE]
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The benchmark's scene as objects of Blender. Import `headless` first."""
+"""Builds the benchmark's scene as objects of Blender. Import `headless` first."""
 
 from __future__ import annotations
 

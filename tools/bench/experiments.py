@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is measured. Every experiment returns a dictionary of plain numbers, as it goes into the JSON."""
+"""Runs the experiments. Each returns a dictionary of plain numbers, as it goes into the JSON."""
 
 from __future__ import annotations
 

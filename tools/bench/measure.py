@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Time, fairly: things that are compared run by turns, and their ratio is the median of the turns'.
+"""Measures time, fairly: things that are compared run by turns, and their ratio is the median of the turns'.
 
 Both clocks are given. On a machine with other work the ratio of processor seconds is the steadier one; what a thread waits
 for shows on the wall clock alone.

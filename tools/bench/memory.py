@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The memory of one bake, in a process of its own.
+"""Measures the memory of one bake, in a process of its own.
 
     python tools/bench/memory.py core|operator MODE RECEIVERS SAMPLES
 

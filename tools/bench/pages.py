@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A page with the benchmark's scene, drawn by software in a real browser."""
+"""Draws a page with the benchmark's scene, by software in a real browser."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The yardstick: a bake's own rays, made beforehand, handed to `EmbreeScene.run` and nothing else."""
+"""Casts a bake's own rays alone, made beforehand and handed to `EmbreeScene.run`: the yardstick."""
 
 from __future__ import annotations
 

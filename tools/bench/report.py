@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Results as a table of ratios, beside what they shall be, and as pictures."""
+"""Writes results as a table of ratios, beside what they shall be, and as pictures."""
 
 from __future__ import annotations
 

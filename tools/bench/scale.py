@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How a bake in shards grows with the scene: seconds, memory and disk of reading, one shard, all shards and the merge.
+"""Measures how a bake in shards grows with the scene: seconds, memory and disk of reading, one shard, all shards and the merge.
 
     python tools/bench/scale.py RECEIVERS [--samples 16] [--shards 16] [--mode INTERREFLECTED]
 

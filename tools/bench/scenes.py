@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is baked in the benchmark: meshes of any size, made in code, that shadow themselves and each other."""
+"""Makes what the benchmark bakes: meshes of any size, made in code, that shadow themselves and each other."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The GAMES202 course's homework: its files and its pictures, from a figure under a cube map and from rough metal.
+"""Makes the GAMES202 course's homework: its files and its pictures, from a figure under a cube map and from rough metal.
 
     python tools/course [--output FOLDER] [--pictures FOLDER]
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The course's boxes: three on a floor before a wall, one mesh whose vertices carry its colours, to be reflected."""
+"""Builds the course's boxes: three on a floor before a wall, one mesh whose vertices carry its colours, to be reflected."""
 
 from __future__ import annotations
 

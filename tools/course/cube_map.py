@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A cube map for the course: six JPEG faces of a photographic HDRI that Blender ships, named as OpenGL names them."""
+"""Makes a cube map for the course: six JPEG faces of a photographic HDRI that Blender ships, named as OpenGL names them."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The homework on the energy of rough metal: its tables as pictures, and spheres in a white furnace, beside Cycles."""
+"""Makes the homework on the energy of rough metal: its tables as pictures, and spheres in a white furnace, beside Cycles."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The course's figure: a dancer in a skirt on a disc, one mesh, made of bones by Blender's Skin modifier."""
+"""Builds the course's figure: a dancer in a skirt on a disc, one mesh, made of bones by Blender's Skin modifier."""
 
 from __future__ import annotations
 

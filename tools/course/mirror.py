@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The course's boxes on a floor of metal: EEVEE without and with its ray tracing, and Cycles."""
+"""Renders the course's boxes on a floor of metal: EEVEE without and with its ray tracing, and Cycles."""
 
 from __future__ import annotations
 

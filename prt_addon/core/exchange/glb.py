@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Binary glTF files, taken apart into their document and its pieces of data, and put together again."""
+"""Takes binary glTF files apart into their document and its pieces of data, and puts them together again."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the extras of a glTF scene say of transport and light, written and read back: the schema in docs/formats.md."""
+"""Writes and reads what the extras of a glTF scene hold of transport and light: the schema in docs/formats.md."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Transport packed for the web: ten bits a number, in an order that compresses well."""
+"""Packs transport for the web: ten bits a number, in an order that compresses well."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Radiance pictures (.hdr), written: three bytes and an exponent a texel (Ward, "Real Pixels", Graphics Gems II, 1991)."""
+"""Writes radiance pictures (.hdr): three bytes and an exponent a texel (Ward, "Real Pixels", Graphics Gems II, 1991)."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Layers of transport as whole numbers of 16 bits, for glTF: its components are floats of 32 bits or whole numbers."""
+"""Rounds layers of transport to whole numbers of 16 bits, for glTF, which has floats of 32 bits or whole numbers."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A web page in one file: the viewer, and all that it shows, written into it."""
+"""Writes a web page in one file: the viewer, and all that it shows."""
 
 from __future__ import annotations
 

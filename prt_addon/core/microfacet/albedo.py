@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The directional albedo E(mu, roughness) is the share of light that leaves rough mirrors after meeting one of them.
+"""Computes the directional albedo E(mu, roughness): the share of light that leaves rough mirrors after meeting one of them.
 
 `E(mu) = integral of f(o, i) cos_in di`, where mu is the cosine of o. With Schlick's Fresnel it is `A F0 + B`, the split sum
 of Karis 2013 ("Real Shading in Unreal Engine 4"), and E = A + B for perfect mirrors. Three ways to it: directions that are

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Compensation gives back what rough mirrors lose: light that meets more than one of them (Kulla & Conty 2017).
+"""Gives rough mirrors back the light that they lose: what meets more than one of them (Kulla & Conty 2017).
 
 "Revisiting Physically Based Shading at Imageworks", SIGGRAPH course. A lobe is added to the BRDF whose albedo is what the
 first lobe lacks, `1 - E(mu)`, so that white mirrors return all light; of coloured ones each further bounce takes its share.

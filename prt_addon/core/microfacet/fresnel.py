@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fresnel says what share of light a mirror reflects, by Schlick's approximation (1994)."""
+"""Computes what share of light a mirror reflects, by Schlick's approximation (1994)."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A table holds the albedo of rough mirrors by angle and roughness, and its average over angles, for quick reading."""
+"""Tabulates the albedo of rough mirrors by angle and roughness, and its average over angles, for quick reading."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A picture of the sky that has a given light, where the sky itself is not known: blurred, but for its lamps."""
+"""Draws a picture of the sky that has a given light, where the sky itself is not known: blurred, but for its lamps."""
 
 from __future__ import annotations
 

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files of other programs, out of the scene and into it."""
+"""Writes the scene as files of other programs, and reads them back."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The light of now as a colour on the mesh: for programs that know vertex colours and no transport."""
+"""Writes the light of now as a colour on the mesh, for programs that show vertex colours and no transport."""
 
 from __future__ import annotations
 

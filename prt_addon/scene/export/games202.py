@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The GAMES202 course's two files, from a baked mesh and its world, and back onto them."""
+"""Writes the GAMES202 course's two files from a baked mesh and its world, and reads them back onto them."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What Blender's own glTF exporter writes of a bake: transport as float attributes, the light beside it, and the user's own
+"""Adds a bake to what Blender's glTF exporter writes: transport as float attributes, the light, and the user's own
 materials.
 
 Left to itself the exporter writes the nine layers as vertex colours, clamped and in 16 bits, and loses the base colour and

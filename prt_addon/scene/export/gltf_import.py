@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""File > Import > glTF of a file that was exported with a bake: it shades as what was exported.
+"""Brings a bake back when Blender imports the glTF file that it was exported with: it shades as it did.
 
 Blender finds the class by its name in the extension's top module, and calls its hooks. Whatever is wrong with what concerns us,
 the import goes on without it.

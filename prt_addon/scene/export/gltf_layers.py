@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Layers of transport in a glTF file that Blender is about to import, and on the meshes that it has made of them."""
+"""Takes layers of transport out of a glTF file that Blender is about to import, and puts them onto the meshes that it makes."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Meshes as the glTF exporter has gathered them: our layers taken out of their vertex colours, rounded, left out, or shown as light.
+"""Changes meshes that the glTF exporter has gathered: our layers leave their vertex colours, rounded, left out, or as light.
 
 What is written is a copy with the same accessors where nothing differs, as nodes that share a mesh may show different light.
 """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Nodes as the glTF exporter has gathered them, and where they stand in the world."""
+"""Finds the nodes that the glTF exporter has gathered, and where they stand in the world."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A small still of the scene as EEVEE shows it from its camera."""
+"""Renders a small still of the scene as EEVEE shows it from its camera."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blender's view transforms as tables of colours, so that other programs show what Blender shows."""
+"""Tabulates Blender's view transforms, so that other programs show the colours that Blender shows."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The scene as a web page in one file: its objects as glTF, packed; its sky and others; its camera and view transform."""
+"""Writes the scene as a web page in one file: its objects as packed glTF; its sky and others; its camera and view transform."""
 
 from __future__ import annotations
 

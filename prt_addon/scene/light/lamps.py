@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lamps that EEVEE lights baked surfaces with in place of spots of the sky: suns in the collection "PRT Lamps".
+"""Makes lamps that light baked surfaces in EEVEE in place of spots of the sky: suns in the collection "PRT Lamps".
 
 They hang on an Empty which the sky's nodes turn by drivers, and follow the strength of the light, without Python. Cycles sees the
 sky itself, so that their nodes emit nothing there. Unbaked surfaces get all of EEVEE's own light of the sky, so that the lamps

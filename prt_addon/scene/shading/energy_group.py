@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The "PRT Energy Compensation" node group, and its place before Glossy BSDFs of type GGX, which lose light by themselves.
+"""Builds the node group "PRT Energy Compensation", and puts it before Glossy BSDFs of type GGX, which lose light.
 
 Rough mirrors lose what meets more than one of them. The group brightens the colour of a Glossy BSDF by what is lost, as
 Cycles' *Multiscatter GGX* does (Turquin 2019, "Practical multiple scattering compensation for microfacet models"), with the

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Node groups that relight single shaders, beside "PRT Relight": the light of lamps, and the diffuse part of each BSDF.
+"""Builds node groups that relight single shaders, beside "PRT Relight": the light of lamps, and the diffuse part of each BSDF.
 
 Their inputs are called as the BSDF calls its own, so that a group node is fed as the BSDF is.
 """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Formulas of the SH light as shader nodes: its bands, turned, the functions of band 2 along a direction, the colour of its lamps."""
+"""Builds formulas of the SH light as shader nodes: its bands, turned, the functions of band 2 along a direction, the colour of its lamps."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The light probe: a sphere that shows, along its normals, what the SH light holds in that direction.
+"""Makes the light probe: a sphere that shows, along its normals, what the SH light holds in that direction.
 
 It is a mesh like any baked one, except that its transport is the basis itself instead of its integral over what a
 surface sees: it turns with the world and goes with a saved file by the same means. It is hidden in renders, so that it

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The "PRT Relight" node group: transport from the mesh, light from the world, turned and multiplied in the shader.
+"""Builds the node group "PRT Relight": transport from the mesh, light from the world, turned and multiplied in the shader.
 
 The light is turned by the world's Mapping node, and, where the mesh says that its transport is in its object's own
 axes, by the object itself. What lamps show of the sky leaves the direct light; what they send on by bounces stays.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The user's own surface, relit: beside its shaders stand copies in which the baked light takes the place of EEVEE's.
+"""Rebuilds the user's surface, relit: beside its shaders stand copies in which the baked light takes the place of EEVEE's.
 
 What reflects diffusely shows the baked light and that of lamps. Gloss stays EEVEE's own, dimmed where the scene hides the
 sky. Emission, transparency and glass are linked as they are. Mixes and groups of shaders are rebuilt around them; textures

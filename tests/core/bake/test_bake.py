@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Several objects, one bake."""
+"""Several objects are baked as one: they shade each other, and each gets its own transport, whatever is baked beside it."""
 
 from dataclasses import replace
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Traces in the cache: another colour or number of bounces needs no new rays."""
+"""The cache of traces saves rays: another colour or number of bounces needs no new ones."""
 
 from dataclasses import replace
 

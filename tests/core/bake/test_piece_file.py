@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files of pieces that someone else has made: each is damaged, in one sentence, and none is believed, waited for or let grow."""
+"""Damaged files of pieces are refused in one sentence: none is believed, waited for or let grow."""
 
 import io
 import json

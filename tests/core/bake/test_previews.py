@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Previews: how many rays they may have, what they are bakes of, and that the bake after them has the bits of one without."""
+"""Previews keep within their rays, and the bake after them has the bits of one without."""
 
 from dataclasses import replace
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pieces in a folder: bakes that resume, and shards that merge, have the bits of a bake in one go."""
+"""Bakes that resume from a folder of pieces, and shards that merge, have the bits of a bake in one go."""
 
 import gc
 import json

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The course's text files."""
+"""The course's text files hold its convention, come back as they were written, and are refused where they are broken."""
 
 import numpy as np
 import pytest

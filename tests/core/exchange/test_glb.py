@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Binary glTF files, taken apart and put together."""
+"""Binary glTF files come apart and go together without a loss."""
 
 import struct
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The extras of a glTF scene, written and read."""
+"""The extras of a glTF scene come back as they were written."""
 
 import json
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Radiance pictures: their texels, and means of them. That Blender reads them is seen in tests/scene/export."""
+"""Radiance pictures hold their texels and the mean of them. Tests in tests/scene/export let Blender read them."""
 
 import numpy as np
 import pytest

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What rough mirrors return: three ways that must agree, closed forms, and a table."""
+"""What rough mirrors return is the same in three ways, in closed forms, and in a table."""
 
 import numpy as np
 import pytest

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The white furnace: under a constant sky, rough metal returns all light, and coloured metal the series of its bounces."""
+"""Rough metal in a white furnace returns all light, and coloured metal the series of its bounces."""
 
 import numpy as np
 import pytest

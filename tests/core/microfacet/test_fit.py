@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The polynomials that stand for tables in shaders."""
+"""The polynomials of shaders come close to the tables that they stand for."""
 
 import numpy as np
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Baked surfaces for reports to judge, and skies to judge them under."""
+"""Makes baked surfaces for reports to judge, and skies to judge them under."""
 
 import numpy as np
 

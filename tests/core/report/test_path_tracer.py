@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The path tracer that bakes are judged by, judged itself: closed forms, quadrature, and a bake that loses nothing."""
+"""The path tracer that bakes are judged by gives closed forms, quadrature, and what a bake without loss gives."""
 
 import numpy as np
 import pytest

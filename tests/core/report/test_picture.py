@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pictures against each other: the noise of the truth is not counted, and what one of them hides is left out."""
+"""Pictures are compared without the noise of the truth, and without what one of them hides."""
 
 import sys
 

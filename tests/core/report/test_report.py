@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Each part of a report, in cases where it is known by other means."""
+"""Each part of a report is right in cases where it is known by other means."""
 
 from dataclasses import replace
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What nine coefficients lose of a sky, and how much of that is its suns', where it is known by other means."""
+"""Nine coefficients lose of a sky, and of its suns, what is known by other means."""
 
 import numpy as np
 import pytest

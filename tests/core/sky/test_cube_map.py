@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Six faces to light and to an equirectangular picture."""
+"""Six faces become the SH light and the equirectangular picture of the sky that they show."""
 
 import numpy as np
 import pytest

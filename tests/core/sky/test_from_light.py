@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pictures of skies of which only the light is known."""
+"""Pictures of skies of which only the light is known have that light."""
 
 import numpy as np
 

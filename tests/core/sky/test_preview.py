@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pictures of a light: what they show where, and how much of the sky is in them."""
+"""Pictures of a light show it where it is, and their energy is how much of the sky is in it."""
 
 import numpy as np
 import pytest

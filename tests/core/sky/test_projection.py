@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pictures of the sky to light."""
+"""Pictures of the sky are projected as integrals over the sphere, texel by texel."""
 
 import numpy as np
 import pytest

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sky in full resolution: what is looked up is the picture, and what is drawn has the density that is claimed."""
+"""The sampler looks up the picture in full resolution, and draws directions with the density that it claims."""
 
 import numpy as np
 import pytest

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The texels of a sky: what is left out, how they lie, and that all of them are projected."""
+"""The texels of a sky lie where the picture has them, and all but those that are no numbers are projected."""
 
 import numpy as np
 import pytest

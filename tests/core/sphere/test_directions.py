@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where rays go."""
+"""Directions of rays have the density that is claimed, and each receiver turns them by a chance of its own."""
 
 import numpy as np
 import pytest

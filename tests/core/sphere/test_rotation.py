@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Turning SH vectors."""
+"""Turned SH vectors are those of the turned function."""
 
 import numpy as np
 import pytest

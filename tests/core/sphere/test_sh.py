@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The basis, its convention, and the cosine lobe."""
+"""The basis is the textbook's, in our convention, and the cosine lobe is its integral."""
 
 import numpy as np
 import pytest

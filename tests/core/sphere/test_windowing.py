@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Windows, deringing, and where the energy lies."""
+"""Windows have the published factors, deringing takes the mildest that is enough, and energy lies in the bands it is said to."""
 
 import numpy as np
 import pytest

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bounced light, held against closed forms and a path tracer that shares none of its code."""
+"""Bounced light is that of closed forms and of a path tracer that shares none of its code."""
 
 from dataclasses import replace
 from statistics import NormalDist

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Faces whose corners lie inside other geometry, against light sampled all over their open parts.
+"""Faces whose corners lie inside other geometry show the light sampled all over their open parts.
 
 The truth shares nothing with the fit: hemispheres of 1024 rays at random points, weighed alike, sorted into open and covered by
 where the scenes were built.

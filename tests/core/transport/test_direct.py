@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Transport against closed forms, brute force, and itself cut into other pieces."""
+"""Direct transport is that of closed forms and brute force, and the same however it is cut into pieces."""
 
 import numpy as np
 import pytest

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One bounce, held against a dense matrix; and what its two savings, chosen corners and thin bounces, cost in noise."""
+"""One bounce is a product with a dense matrix; its two savings, chosen corners and thin bounces, cost little noise."""
 
 from dataclasses import replace
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Receivers inside other geometry: what counts as such, what does not, and what they are filled with."""
+"""Receivers inside other geometry are found, others are not, and are filled from the open ones beside them."""
 
 import re
 from dataclasses import replace

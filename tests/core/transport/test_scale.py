@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Scenes that are large and hold small gaps: a backdrop far away changes nothing about what lies close together."""
+"""Large scenes keep small gaps: a backdrop far away changes nothing about what lies close together."""
 
 import numpy as np
 import pytest

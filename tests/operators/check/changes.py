@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What people do to an object between two bakes, and the causes that a check finds."""
+"""Makes the changes that people make to an object between two bakes, and lists the causes that a check finds."""
 
 NOTHING: set[str] = set()
 MOVED, OTHERS, GEOMETRY, COLOURS = {"MOVED"}, {"OTHERS"}, {"GEOMETRY"}, {"COLOURS"}

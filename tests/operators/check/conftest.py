@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A floor, a ball and a cube to bake and to change, and what is stale of them."""
+"""Builds a floor, a ball and a cube to bake and to change, and finds what is stale of them."""
 
 import numpy as np
 import pytest

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Builders of what renders besides plain meshes: curves, text, metaballs, instances, particles.
+"""Builds what renders besides plain meshes: curves, text, metaballs, instances, particles.
 
 Each puts something red of about one unit's size around (0, 0, 1), above a ground at the origin, and returns the object
 whose visibility rules it and the area that it shows (None where it has no closed form). Sheets look down: the backs of

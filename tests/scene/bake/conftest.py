@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A ground that is selected, and a floor that is not, under a sky of six colours."""
+"""Puts a ground that is selected, and a floor that is not, under a sky of six colours."""
 
 import pytest
 

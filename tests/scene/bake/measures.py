@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How much surface a bake finds in a scene, and how much light it leaves on objects."""
+"""Measures how much surface a bake finds in a scene, and how much light it leaves on objects."""
 
 import numpy as np
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reading the scene as it renders: it sees what renders see, and leaves everything as it was."""
+"""Reading the scene as it renders sees what renders see, and leaves everything as it was."""
 
 import numpy as np
 import pytest

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bakes, lights and node groups of other versions: older ones are replaced on use, newer ones refused and left alone."""
+"""Bakes, lights and node groups of older versions are replaced on use, newer ones refused and left alone."""
 
 import pytest
 

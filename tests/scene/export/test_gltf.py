@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""File > Export > glTF with Blender's own settings: transport, light, and materials as they were."""
+"""File > Export > glTF writes transport, light, and materials as they were, by Blender's own settings."""
 
 import importlib.util
 import json

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""File > Import > glTF of what File > Export > glTF wrote: the same picture, and no harm from files that are broken."""
+"""File > Import > glTF of an exported bake gives the same picture, and broken files do no harm."""
 
 import numpy as np
 import pytest

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""File > Export > PRT Web Page: what is written into the page, and what is said when it cannot be."""
+"""File > Export > PRT Web Page writes the scene into the page, or says why it cannot."""
 
 import numpy as np
 import pytest

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Materials to read colours of, and what a bake reads of them."""
+"""Makes materials to read colours of, and reads what a bake reads of them."""
 
 import numpy as np
 

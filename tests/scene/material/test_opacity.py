@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Light through cut-outs, veils and panes: as much as if their outlines were modelled, or as their share says."""
+"""Light passes cut-outs, veils and panes as if their outlines were modelled, or as their share says."""
 
 import numpy as np
 import pytest

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One reading of a material: what EEVEE shows relit, and what light takes on where it bounces, are one colour."""
+"""A material is read once: what EEVEE shows relit and what light takes on where it bounces are one colour."""
 
 import numpy as np
 import pytest

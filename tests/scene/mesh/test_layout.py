@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the four floats of a layer mean to the bake that writes them and to the shader that reads them."""
+"""The four floats of a layer mean the same to the bake that writes them and to the shader that reads them."""
 
 import numpy as np
 import pytest

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Meshes to receivers: domains, normals under odd transforms, and where points on hard edges go."""
+"""Meshes become receivers: on vertices or corners, with normals right under odd transforms."""
 
 import numpy as np
 import pytest

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Meshes as artists really have them, through the real operator: sane transport, or a sentence that says what is lost."""
+"""Meshes as artists really have them get sane transport, or a sentence that says what is lost."""
 
 import math
 import re

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Large pictures: how much memory and time they take, in processes of their own, as a peak is a process's."""
+"""Large pictures take little memory and time, in processes of their own, as a peak is a process's."""
 
 import subprocess
 import sys

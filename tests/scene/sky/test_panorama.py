@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Any world as an SH light, against integrals over Blender's own rendering of it."""
+"""Any world becomes an SH light, which integrals over Blender's own rendering of it confirm."""
 
 import numpy as np
 import pytest
