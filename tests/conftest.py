@@ -56,3 +56,10 @@ def stage(scene):
     from tests import stage
 
     return stage
+
+
+@pytest.fixture
+def stage_under_sky(stage):
+    """The same, once a sky of six colours lights the scene."""
+    stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
+    return stage

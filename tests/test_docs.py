@@ -114,7 +114,7 @@ def quoted(document):
     """What documents quote of messages, without the names and numbers in them."""
     text = (CHECKOUT / "docs" / document).read_text()
     if document == "survey.md":
-        said = [line.split(" | ")[-1].rstrip(" |") for line in text.splitlines() if line.startswith("| ")][2:]
+        said = [line.rstrip(" |").rpartition("| ")[2] for line in text.splitlines() if line.startswith("| ")][2:]
         said = [line for line in said if not line.startswith("Error:")]  # Blender's own
         parts = [part for line in said for part in re.split(r"'[^']*'|[\d%]+|\. |[():;]", line)]
         return {part.strip(" .,") for part in parts if part.count(" ") > 6}

@@ -2,6 +2,7 @@
 """Neither files nor packages import in circles, data flows one way, and all state lies in one place."""
 
 import ast
+import re
 from pathlib import Path
 
 import pytest
@@ -88,3 +89,41 @@ def test_no_circles_between_packages():
 def test_what_lies_below_knows_nothing_of_what_lies_above(above, below):
     lower = [name for name in MODULES if name == below or name.startswith(f"{below}.")]
     assert lower and not [name for name in lower for other in imports(name) if other.split(".")[:2] == above.split(".")]
+
+
+MEMOS = {
+    "core.exchange.games202.course_matrix",
+    "core.microfacet.table.energy_table",
+    "core.sky.cube_map._triple_products",
+    "core.sky.lamps._wall",
+    "core.sphere.rotation._sample_band",
+    "core.transport.direct._sums_of_eight",
+    "scene.sky.identity._ends",
+    "scene.sky.studio.studio_skies",
+    "ui.report._lines",
+}
+"""Functions of nothing but their arguments whose results are remembered: that is no state, whatever file is open."""
+
+
+def states(source):
+    """What a module could hold from one call to the next: globals, containers that begin empty, remembered results."""
+    tree = ast.parse(source)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Global):
+            yield from node.names
+        if isinstance(node, ast.FunctionDef):
+            yield from (node.name for one in node.decorator_list if re.match(r"(lru_)?cache\b", ast.unparse(one)))
+    bodies = [tree, *(node for node in ast.walk(tree) if isinstance(node, ast.ClassDef))]
+    for node in (node for body in bodies for node in body.body):
+        if isinstance(node, (ast.Assign, ast.AnnAssign)) and node.value is not None:
+            target = node.targets[0] if isinstance(node, ast.Assign) else node.target
+            if re.fullmatch(r"\[\]|\{\}|\w*([sS]et|[dD]ict|list|deque|Counter)\(\)", ast.unparse(node.value)):
+                yield ast.unparse(target)
+
+
+def test_all_state_lies_in_the_session():
+    """`session.py` keeps it, so that one call clears it."""
+    source = "A = {}\nB = {1}\nclass C:\n    d: list = []\n@lru_cache(4)\ndef e():\n    global f"
+    assert set(states(source)) == {"A", "d", "e", "f"}
+    found = {f"{name}.{one}" for name, path in MODULES.items() for one in states(path.read_text(encoding="utf-8"))}
+    assert {name.removeprefix("prt_addon.") for name in found} == MEMOS

@@ -22,11 +22,9 @@ def no_tracebacks(blender, capfd):
 
 
 @pytest.fixture
-def stage(scene):
-    from tests import stage
-
-    stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
-    return stage
+def stage(stage_under_sky):
+    """Under a sky of six colours in all tests here."""
+    return stage_under_sky
 
 
 @pytest.fixture
@@ -268,6 +266,19 @@ def test_loading_another_file(blender, part, scene, ball, tmp_path):
     assert part("freshness").glance(blender.context, ob).state == "UNCHECKED"
     blender.ops.prt.check()
     assert part("freshness").glance(blender.context, ob).state == "FRESH"
+
+
+def test_disabling_forgets_all(blender, part, ball):
+    """What the session has looked up is cleared in one place, and is not there when the extension is enabled again."""
+    import headless
+
+    session = part("session").session
+    blender.ops.prt.check()
+    ball.location.x = 1.0
+    blender.context.view_layer.update()
+    assert session.engine and session.notices and session.checked and session.shapes_changed
+    with headless.extension_disabled():
+        assert vars(session) == vars(type(session)())
 
 
 def test_handlers_leave_other_versions_and_libraries_alone(blender, ball, tmp_path):

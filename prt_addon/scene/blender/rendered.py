@@ -39,21 +39,29 @@ _SILENT = ("frame_change_pre", "frame_change_post")
 """Handlers beside those of renders: they have done their work for this frame already."""
 
 
+class _Reading:
+    """One call of a function with a depsgraph: what came out of it."""
+
+    def __init__(self, read: Callable[[bpy.types.Depsgraph], Any]) -> None:
+        self.read = read
+        self.found: list[Any] = []
+        self.failed: BaseException | None = None
+
+
 class _Reader(bpy.types.RenderEngine):
     """Reads and draws nothing. Registered while it reads, so that no menu shows it."""
 
     bl_idname = _ENGINE
     bl_label = "PRT Reader"
 
-    read: ClassVar[Callable[[bpy.types.Depsgraph], Any]]
-    found: ClassVar[list[Any]] = []
-    failed: ClassVar[BaseException | None] = None
+    reading: ClassVar[_Reading]
+    """Here for as long as it is registered: Blender makes the engine, and gives it nothing but the depsgraph."""
 
     def render(self, depsgraph: bpy.types.Depsgraph) -> None:
         try:
-            _Reader.found.append(_Reader.read(depsgraph))
+            _Reader.reading.found.append(_Reader.reading.read(depsgraph))
         except BaseException as error:  # Blender would print it, and go on
-            _Reader.failed = error
+            _Reader.reading.failed = error
 
 
 def as_rendered(context: bpy.types.Context, read: Callable[[bpy.types.Depsgraph], Value]) -> Value:
@@ -69,29 +77,31 @@ def as_rendered(context: bpy.types.Context, read: Callable[[bpy.types.Depsgraph]
     if bpy.app.is_job_running("RENDER"):
         raise RenderError("A render is running, and Blender runs one at a time: wait for it, then try again.")
     scene, layer = context.scene, context.view_layer
-    _Reader.read, _Reader.found, _Reader.failed = staticmethod(read), [], None
-    with ExitStack() as kept:
-        for keep in (_handlers_silenced(), picture_kept(), unkeyed_values(context), _registered()):
-            kept.enter_context(keep)
-        kept.enter_context(_with(scene.render, _SETTINGS))
-        kept.enter_context(_with(layer, {"use": True}))
-        kept.enter_context(_camera(scene))
+    reading = _Reading(read)
+    with ExitStack() as meanwhile:
+        for change in (_handlers_silenced(), picture_kept(), unkeyed_values(context), _registered(reading)):
+            meanwhile.enter_context(change)
+        meanwhile.enter_context(_with(scene.render, _SETTINGS))
+        meanwhile.enter_context(_with(layer, {"use": True}))
+        meanwhile.enter_context(_camera(scene))
         bpy.ops.render.render("EXEC_DEFAULT", scene=scene.name, layer=layer.name)
-    if _Reader.failed:
-        raise _Reader.failed
-    if not _Reader.found:
+    if reading.failed:
+        raise reading.failed
+    if not reading.found:
         raise RenderError(f"Blender could not evaluate scene '{scene.name}' for rendering: render it once to see why.")
-    found: Value = _Reader.found.pop()
+    found: Value = reading.found.pop()
     return found
 
 
 @contextmanager
-def _registered() -> Iterator[None]:
+def _registered(reading: _Reading) -> Iterator[None]:
+    _Reader.reading = reading
     bpy.utils.register_class(_Reader)
     try:
         yield
     finally:
         bpy.utils.unregister_class(_Reader)
+        del _Reader.reading
 
 
 @contextmanager

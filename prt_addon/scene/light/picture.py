@@ -71,7 +71,7 @@ def icon(world: bpy.types.World) -> int:
     """
     shown = light.shown_light(world, update=False)
     if session.icons is None:
-        session.icons, session.icon_shows = bpy.utils.previews.new(), b""
+        session.icons = bpy.utils.previews.new()
         session.icons.new("light").image_size = (2 * _ICON_HEIGHT, _ICON_HEIGHT)
     if session.icon_shows != (found := digest(shown)):
         pixels = preview.display(preview.light_picture(shown, _ICON_HEIGHT))
@@ -81,10 +81,10 @@ def icon(world: bpy.types.World) -> int:
 
 
 def unregister() -> None:
-    """Free what is kept in memory."""
+    """Free the small picture."""
     if session.icons is not None:
         bpy.utils.previews.remove(session.icons)
-        session.icons = None
+        session.icons, session.icon_shows = None, b""
 
 
 def _sky_picture(scene: bpy.types.Scene) -> npt.NDArray[np.float32] | None:

@@ -8,11 +8,9 @@ from tests.operators.check.changes import select
 
 
 @pytest.fixture
-def stage(scene):
-    from tests import stage
-
-    stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
-    return stage
+def stage(stage_under_sky):
+    """Under a sky of six colours in all tests here."""
+    return stage_under_sky
 
 
 @pytest.fixture
