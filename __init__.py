@@ -20,11 +20,13 @@ _PARTS = (preferences, settings, handlers, operators, ui)
 
 
 def register() -> None:
+    """Enable the extension: Blender calls it."""
     for part in _PARTS:
         part.register()
 
 
 def unregister() -> None:
+    """Disable the extension, and leave nothing behind."""
     end_engine()
     take_back()
     for part in reversed(_PARTS):

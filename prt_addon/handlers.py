@@ -218,11 +218,13 @@ _HANDLERS = (
 
 
 def register() -> None:
+    """Add the handlers."""
     for handlers, handler in _HANDLERS:
         handlers.append(handler)
 
 
 def unregister() -> None:
+    """Remove the handlers, and the timers that they started."""
     for handlers, handler in _HANDLERS:
         handlers.remove(handler)
     glances.unregister()

@@ -44,12 +44,14 @@ _ENTRIES = (presets, menu, file_menus)
 
 
 def register() -> None:
+    """Add panels and menus, and the entries in Blender's own."""
     _register_classes()
     for module in _ENTRIES:
         module.register()
 
 
 def unregister() -> None:
+    """Remove them, and the small pictures that they drew."""
     for module in reversed(_ENTRIES):
         module.unregister()
     _unregister_classes()

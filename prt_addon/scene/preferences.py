@@ -31,6 +31,7 @@ class PRT_AP_preferences(bpy.types.AddonPreferences):
     )
 
     def draw(self, _context: bpy.types.Context) -> None:
+        """Draw them in Preferences > Add-ons."""
         column = self.layout.column()
         column.use_property_split = True
         column.prop(self, "engine_patience")

@@ -338,11 +338,13 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(
 
 
 def register() -> None:
+    """Add the settings to scenes and objects."""
     _register_classes()
     bpy.types.Scene.prt = PointerProperty(type=PRT_PG_settings, name="PRT")
     bpy.types.Object.prt = PointerProperty(type=PRT_PG_object, name="PRT")
 
 
 def unregister() -> None:
+    """Remove them."""
     del bpy.types.Scene.prt, bpy.types.Object.prt
     _unregister_classes()

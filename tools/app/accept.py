@@ -39,6 +39,7 @@ def main() -> None:
 
 
 def step(said: str) -> None:
+    """Print what has been done."""
     print(f"  {said}", flush=True)
 
 
@@ -355,6 +356,7 @@ def drawn_panels(window: Window) -> Box:
 
 
 def no_traceback(window: Window) -> None:
+    """Fail if Blender has printed one."""
     said = window.log.read_text()
     assert "Traceback" not in said, said
 

@@ -35,13 +35,14 @@ class Line:
 
     @property
     def text(self) -> str:
+        """Its words in a row."""
         return " ".join(self.words)
 
     def occurrences(self, wanted: list[str]) -> list[Box]:
         """The boxes of some words in a row, in small letters."""
         words, count = [plain(word) for word in self.words], len(wanted)
         starts = [start for start in range(len(words) - count + 1) if words[start : start + count] == wanted]
-        return [around(self.boxes[start : start + count]) for start in starts]
+        return [bounding_box(self.boxes[start : start + count]) for start in starts]
 
 
 class Display:
@@ -51,12 +52,12 @@ class Display:
         self.size = (width, height)
 
     def __enter__(self) -> Display:
-        told, tell = os.pipe()  # Xvfb chooses a number that nobody uses, and says which
+        reading, writing = os.pipe()  # Xvfb chooses a number that nobody uses, and says which
         screen = ["-screen", "0", "{}x{}x24".format(*self.size), "-nolisten", "tcp", "-noreset"]
-        command = ["Xvfb", "-displayfd", str(tell), *screen]
-        self._server = subprocess.Popen(command, stderr=subprocess.DEVNULL, pass_fds=[tell])
-        os.close(tell)
-        with os.fdopen(told) as number:
+        command = ["Xvfb", "-displayfd", str(writing), *screen]
+        self._server = subprocess.Popen(command, stderr=subprocess.DEVNULL, pass_fds=[writing])
+        os.close(writing)
+        with os.fdopen(reading) as number:
             os.environ["DISPLAY"] = f":{number.readline().strip()}"
         return self
 
@@ -272,11 +273,12 @@ def plain(word: str) -> str:
 
 
 def centre(box: Box) -> tuple[int, int]:
+    """Where to click on a box."""
     left, top, width, height = box
     return left + width // 2, top + height // 2
 
 
-def around(boxes: list[Box]) -> Box:
+def bounding_box(boxes: list[Box]) -> Box:
     """The smallest box around boxes."""
     left, top = min(b[0] for b in boxes), min(b[1] for b in boxes)
     return left, top, max(b[0] + b[2] for b in boxes) - left, max(b[1] + b[3] for b in boxes) - top

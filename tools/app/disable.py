@@ -9,6 +9,7 @@ PACKAGE = "bl_ext.user_default.prt_relight"
 
 
 def disable() -> float | None:
+    """Disable it once a tenth of the bake is done; as a timer of Blender's."""
     job = importlib.import_module(f"{PACKAGE}.prt_addon.worker.job").running_job()
     if not job or job.progress < 0.1:
         return 0.1

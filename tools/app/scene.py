@@ -13,6 +13,7 @@ import bpy
 
 
 def build() -> None:
+    """Build the scene in place of what is there."""
     bpy.ops.object.select_all(action="SELECT")
     bpy.ops.object.delete()
     bpy.ops.mesh.primitive_grid_add(x_subdivisions=120, y_subdivisions=120, size=6.0, location=(0.0, 0.0, -0.9))
@@ -41,6 +42,7 @@ def build() -> None:
 
 
 def give_material(name: str, colour: tuple[float, float, float]) -> None:
+    """Give the active object a material of its own."""
     material = bpy.data.materials.new(name)
     material.node_tree.nodes["Principled BSDF"].inputs["Base Color"].default_value = (*colour, 1.0)
     bpy.context.object.data.materials.append(material)

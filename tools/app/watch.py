@@ -93,7 +93,8 @@ def content() -> list[str]:
     return lines
 
 
-def tell(path: Path) -> float:
+def write_state(path: Path) -> float:
+    """Write what Blender shows now; as a timer of Blender's."""
     new = path.with_suffix(".new")
     new.write_text(json.dumps(state()))
     new.replace(path)  # at once: a reader sees the old or the new, never a half
@@ -101,5 +102,5 @@ def tell(path: Path) -> float:
 
 
 if __name__ == "__main__":
-    told = Path(sys.argv[sys.argv.index("--") + 1])
-    bpy.app.timers.register(lambda: tell(told), first_interval=1.0, persistent=True)
+    output = Path(sys.argv[sys.argv.index("--") + 1])
+    bpy.app.timers.register(lambda: write_state(output), first_interval=1.0, persistent=True)

@@ -55,6 +55,7 @@ def bake_input(meshes: list[Mesh], mended: bool = False) -> tuple[list[ReceiverG
     """What `core.bake` takes: every vertex a receiver.
 
     Args:
+        meshes: that `court` makes.
         mended: whether receivers know their neighbours, so that what is sunk into the ground is mended.
     """
     groups = [

@@ -48,6 +48,7 @@ def bake_plan(
     Args:
         objects: to bake.
         others: all else that blocks light.
+        settings: of the bake.
         notices: on what was read.
     """
     staying = [one for one in objects if one.stays]

@@ -84,6 +84,8 @@ def freshness(
     """Compare what the bakes of objects depended on with what is there now.
 
     Args:
+        context: whose scene and view layer render.
+        objects: that may be baked.
         settings: what they should have been baked with; the scene's if None.
     """
     objects = list(objects)

@@ -143,6 +143,8 @@ def read_bake(
     """Read receivers of `objects`, and the surfaces of these and of everything that renders.
 
     Args:
+        context: whose scene and view layer render.
+        objects: to bake.
         settings: of the bake; if light bounces, all surfaces also need albedo and receivers of their own.
 
     Raises:
@@ -174,6 +176,8 @@ def survey(
     """Find what each bake of `objects` would depend on, without reading receivers; None for what does not render.
 
     Args:
+        context: whose scene and view layer render.
+        objects: whose bakes are looked at.
         others: whether to look at all that stands around them.
         bounces: whether to look at colours.
     """

@@ -64,6 +64,8 @@ class WholeBake:
     ) -> None:
         """
         Args:
+            context: whose scene is baked.
+            settings: of the bake.
             projected: how the world is projected, too; not if None, nor if its light is keyframed or imported.
             with_shading: whether materials are relit, too.
             objects: to be baked; the selected ones, or all that render, if None.
@@ -172,6 +174,8 @@ class WholeBake:
         Into the scene that was read, whichever the window shows by now.
 
         Args:
+            context: of the window that is open now.
+            result: of the plan's problem.
             preview: what the result is of, if it is to stay.
 
         Returns:
@@ -251,6 +255,10 @@ def _store(
     """Put the transport of an object where it shows it: on its own mesh, or on a carrier.
 
     Args:
+        ob: the object.
+        one: what was read of it.
+        result: of the bake of all objects.
+        settings: of that bake.
         preview_of: rays of the bake that the result is a preview of; 0 if it is none.
     """
     back = one.group + 1

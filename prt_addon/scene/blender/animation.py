@@ -21,6 +21,7 @@ def interpolate_linearly(block: bpy.types.ID, paths: set[str] | None = None) -> 
     """Make the keyframes of a data-block interpolate linearly.
 
     Args:
+        block: the data-block.
         paths: of what; all that is animated if None.
     """
     for curve in channels(block) or ():

@@ -17,8 +17,10 @@ def check_local(data: bpy.types.ID, what: str, then: str, error: type[PRTError])
     """Raises an error that says what to do, unless a data-block is this file's own.
 
     Args:
+        data: the data-block.
         what: names it: "Mesh 'Ball' of 'Ball'".
         then: what it was needed for: "bake".
+        error: the kind of error.
     """
     if not is_local(data):
         how = "is a library override" if data.override_library else "is linked from a library"

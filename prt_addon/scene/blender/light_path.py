@@ -15,6 +15,7 @@ def answer_light_path(tree: bpy.types.NodeTree, groups: list[bpy.types.NodeTree]
     """Replace Light Path nodes of a tree by numbers, in copies of the groups too that hold some.
 
     Args:
+        tree: of a material or a world; it is changed.
         groups: the copies are added to it: they are to be removed with the tree.
     """
     for node in list(tree.nodes):

@@ -68,6 +68,7 @@ def as_rendered(context: bpy.types.Context, read: Callable[[bpy.types.Depsgraph]
     """Call a function with the depsgraph that renders of a context's scene and view layer see.
 
     Args:
+        context: whose scene and view layer are rendered.
         read: gets the dependency graph, which is gone when it returns. It may add data-blocks, but must call no operator.
 
     Raises:

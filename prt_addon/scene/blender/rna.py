@@ -15,6 +15,7 @@ def settings_of(struct: Any, but: Collection[str] = ()) -> Iterator[tuple[str, A
     Of data-blocks that it points to, what `_reached` says.
 
     Args:
+        struct: the structure.
         but: names to leave out.
     """
     for prop in struct.bl_rna.properties:

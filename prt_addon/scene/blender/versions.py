@@ -23,6 +23,8 @@ def refuse_newer(what: str, version: int, known: int) -> None:
 
     Args:
         what: whose it is and what was done to it: "Object 'Ball' was baked".
+        version: that is stored.
+        known: the newest that this extension reads.
     """
     if version > known:
         raise VersionError(f"{what} by a newer version of PRT Relight: use a newer version of the extension here.")

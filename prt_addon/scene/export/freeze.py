@@ -41,6 +41,8 @@ def freeze(ob: bpy.types.Object, world: bpy.types.World, encoding: Encoding) -> 
     the stack comes to.
 
     Args:
+        ob: the baked object.
+        world: that carries the light.
         encoding: floats in linear light or as sRGB has them, or bytes, which are sRGB in Blender.
 
     Returns:

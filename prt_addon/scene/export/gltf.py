@@ -143,6 +143,7 @@ def extras(scene: bpy.types.Scene, axes: npt.NDArray[np.float64]) -> dict[str, A
     """What another program needs to relight a scene; plain data, by the schema in docs/formats.md.
 
     Args:
+        scene: whose world carries the light.
         axes: (3, 3) rows, Blender's axes in those of the file.
     """
     light = light_of(scene.world) if has_light(scene.world) else None

@@ -26,6 +26,8 @@ def light_with(scene: bpy.types.Scene, found: SceneLight, name: str) -> str:
     """Light a scene as a file has it, if its world carries no light yet.
 
     Args:
+        scene: to light.
+        found: the light of the file.
         name: of the world that is made.
 
     Returns:

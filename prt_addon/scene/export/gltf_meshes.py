@@ -81,6 +81,7 @@ class Writer:
         """What is written of a mesh; always the same object for the same light.
 
         Args:
+            mesh: as the exporter has gathered it.
             light: (9, 3) in the axes of the transport, for the first vertex colours; None for none.
         """
         key = id(mesh), b"" if light is None else light.tobytes()

@@ -28,6 +28,7 @@ def view_table(settings: bpy.types.ColorManagedViewSettings | None, transform: s
 
     Args:
         settings: a scene's, with its look and curves but at exposure 0; without them a transform without a look.
+        transform: the view transform's name, where there are no settings.
 
     Returns:
         None if this Blender has no such transform.

@@ -39,6 +39,7 @@ def follow(sky: Sky, mapping: bpy.types.Node | None) -> None:
     """Make turn and strength follow the sky's nodes.
 
     Args:
+        sky: whose world carries the light.
         mapping: the node that turns the sky; None if there is none.
     """
     if mapping:
@@ -62,6 +63,7 @@ def write_rest(world: bpy.types.World, lamps: float = 0.0) -> None:
     """Store no turn, no colour of lamps, and strength 1.
 
     Args:
+        world: that carries the light.
         lamps: the last of the strength; 0 unless EEVEE's own light of the sky is the light that is stored.
     """
     for name, axis in zip(TURN, np.eye(3), strict=True):
@@ -73,6 +75,8 @@ def drive_rotation(ob: bpy.types.Object, sky: Sky, mapping: bpy.types.Node | Non
     """Turn an object as a sky turns: by R^T, in Euler angles.
 
     Args:
+        ob: the object that is turned.
+        sky: that it turns with.
         mapping: the node that turns the sky; None if there is none.
     """
     ob.driver_remove("rotation_euler")
@@ -105,8 +109,10 @@ def drive_gloss(lamp: bpy.types.Light, path: str, world: bpy.types.World, scene:
     Of a radiance L the clamp c leaves c: the lamp adds the rest. Where the clamp is off, the mirrored sky is whole.
 
     Args:
+        lamp: whose share in gloss is driven.
         path: of the lamp's property that holds L at strength 1.
         world: that carries the light.
+        scene: whose clamp counts.
     """
     driver = _scripted(lamp, "specular_factor")
     _read(driver, "l", lamp, path)

@@ -32,7 +32,9 @@ def keyframe(scene: bpy.types.Scene, frames: list[int], settings: LightSettings)
     Rotation and strength are followed live, as always.
 
     Args:
+        scene: whose world is projected.
         frames: at least one.
+        settings: of the projection.
 
     Yields:
         After each frame is projected. After the last of them it writes. Closed before that,

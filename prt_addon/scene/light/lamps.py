@@ -41,6 +41,8 @@ def place_lamps(sky: Sky, lamps: Lamps, mapping: bpy.types.Node | None) -> None:
     """Have lamps stand for spots of a sky, in all scenes of the world that carries its light; those of before are used again.
 
     Args:
+        sky: whose spots they are.
+        lamps: that were found in it.
         mapping: the node that turns the sky; None if there is none.
     """
     world = sky.holder
@@ -119,7 +121,9 @@ def keyframe_lamps(sky: Sky, frames: Sequence[int], found: Sequence[Lamps]) -> N
     """Have lamps go from frame to frame as they were found there: each to the nearest, in straight lines.
 
     Args:
-        frames, found: of equal length.
+        sky: whose spots they are.
+        frames: at which they were found.
+        found: the lamps at each of them.
     """
     rows = tracked([lamps.lamps for lamps in found])
     place_lamps(sky, Lamps(tuple(rows[0])), sky.mapping)

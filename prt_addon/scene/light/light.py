@@ -57,6 +57,8 @@ def write_light(sky: Sky, projection: Projection, insert: bool = True) -> None:
     """Store a light on the sky's world and let it follow the world's nodes.
 
     Args:
+        sky: that was projected.
+        projection: the light of it.
         insert: whether to insert a Mapping node if the world has none and there is one place for it, so that there is
             something to turn.
 
@@ -154,6 +156,7 @@ def store_light(world: bpy.types.World, light: Array, lamps: Array | None = None
     """Write coefficients as the world's custom properties.
 
     Args:
+        world: that carries the light from now on.
         light: (9, 3).
         lamps: (9,) what lamps show of it, before their colour.
     """

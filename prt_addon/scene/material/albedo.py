@@ -65,6 +65,7 @@ class AlbedoReader:
         """Albedo of an evaluated object's surface, material slot by material slot.
 
         Args:
+            ob: the evaluated object.
             mesh: of the object.
             surface: of the mesh.
             matrix: (4, 4) where it stands; an instance's object does not know.

@@ -17,6 +17,7 @@ def build(tree: bpy.types.NodeTree, colour: Colour) -> bpy.types.NodeSocket | RG
 
     Args:
         tree: that the colour was read in, or a copy of it.
+        colour: that was read of a material.
 
     Returns:
         An output to link, or a constant.
@@ -41,6 +42,7 @@ def remove_parts(tree: bpy.types.NodeTree, but: str = "") -> None:
     """Take out all nodes that `build` and `add_part` added, and the copies of groups that nothing uses any more.
 
     Args:
+        tree: of a material.
         but: a custom property: outputs that have it, and what feeds them, stay.
     """
     kept = {node for output in tree.nodes if but and but in output for node in Wiring().upstream(output)}

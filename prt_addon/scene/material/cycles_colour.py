@@ -139,6 +139,8 @@ class CyclesRequests:
         """For an evaluated object's mesh under a (4, 4) matrix.
 
         Args:
+            ob: the evaluated object.
+            matrix: (4, 4) where it stands.
             slots: which material slots, and their materials.
         """
         key = _key(ob, slots)

@@ -52,6 +52,7 @@ class OpacityReader:
         """Opacity of an evaluated object's surface, material slot by material slot; None if it stops all light.
 
         Args:
+            ob: the evaluated object.
             mesh: of the object.
             surface: of the mesh.
             matrix: (4, 4) where it stands; an instance's object does not know.

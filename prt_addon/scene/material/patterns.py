@@ -118,6 +118,7 @@ class PatternReader:
         """What a colour that is neither mixed nor constant gives.
 
         Args:
+            colour: that was read of a material.
             mesh: that the triangles are of.
             corners: (P, 3) its face corners that the triangles have.
             triangles: (P,) their numbers.

@@ -31,6 +31,7 @@ def carrier_group(domain: Domain, with_backs: bool = False, light: LightKind = "
     """The group for layers on points or corners, built on first use and shared by all objects of the file.
 
     Args:
+        domain: POINT or CORNER.
         with_backs: whether it copies the layers of backs, too.
         light: whether it copies frozen light with them, and as what.
     """

@@ -47,6 +47,7 @@ def write(
     """Store transport as the mesh's nine layers, replacing earlier ones and leaving all other layers alone.
 
     Args:
+        mesh: that shows the transport.
         domain: POINT or CORNER.
         transport: (receivers, 9) or (receivers, 9, 3).
         direct: (receivers, 9) the part of it that no bounce brought.

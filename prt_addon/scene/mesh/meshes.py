@@ -246,6 +246,7 @@ def _horizons(
     """The faces' own normals at receivers whose shading normals are bent away from them, zero elsewhere; None if nowhere.
 
     Args:
+        mesh: that was evaluated.
         matrix: (4, 4) that took its vertices to
         points: (V, 3).
         normals: (N, 3) of the receivers.
@@ -368,8 +369,14 @@ def _pulled_into_faces(
     above that plane (a concave smooth fan) the point stays, as it would end up below them.
 
     Args:
+        mesh: that was evaluated.
+        matrix: (4, 4) that took its vertices to the points.
         corners: (n,) some corners of the mesh, for each of which follow the point, the normal and the pair.
+        corner_point: (n, 3) where each lies.
+        corner_normal: (n, 3) its shading normal.
+        pair: (n,) the (vertex, normal) pair that it belongs to.
         count: number of the pairs.
+        radius: of the mesh: how far a hair is is a share of it.
     """
     centre = _transformed(vector_array(mesh.polygons, "center"), matrix)
     sizes = _face_sizes(mesh)

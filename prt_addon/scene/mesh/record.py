@@ -182,6 +182,8 @@ def mesh_identity(
     """Digest an evaluated mesh under a matrix, without its colours.
 
     Args:
+        mesh: that was evaluated.
+        matrix: (4, 4) where it stands.
         sides: (triangles,) from how many sides each blocks light; from both if None.
         ob: the original object, if modifiers made the mesh of another: see `derived`.
         both_sides: whether its backs receive light, too.
@@ -213,6 +215,11 @@ def write_record(
     """Note on a mesh how it was baked and, with evidence, what that depended on.
 
     Args:
+        mesh: that holds the transport.
+        domain: POINT or CORNER.
+        settings: of the bake.
+        space: whose axes the transport is in.
+        evidence: what the bake depended on; None if that is not known.
         elements: vertices and face corners of the mesh that people edit.
         preview_of: rays per receiver of the bake that this is a preview of; 0 if it is none.
     """

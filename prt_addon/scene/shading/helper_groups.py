@@ -122,6 +122,8 @@ def _ambient(graph: Graph, normal: bpy.types.NodeSocket, lamps: bpy.types.NodeSo
     world's axes, `Y_1 |L_1m| <= Y_0 L_0`; since then by its length, `|L_1| <= 3/4 L_0`. Measured on eight skies, to 1 %.
 
     Args:
+        graph: of the group.
+        normal: of the surface.
         lamps: the last of the strength, see `light.drivers`.
     """
     turn, light = ([graph.attribute(name, "VIEW_LAYER") for name in names] for names in (TURN, LIGHT[:4]))

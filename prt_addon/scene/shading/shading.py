@@ -124,6 +124,7 @@ def add_shading(objects: Iterable[bpy.types.Object], anew: bool = True) -> list[
     """Relight every material of the objects in EEVEE; objects or slots without a material get one.
 
     Args:
+        objects: whose materials are relit.
         anew: also those that are relit.
 
     Returns:
@@ -227,6 +228,7 @@ def follow_surface(material: bpy.types.Material, anew: bool = False) -> None:
     to itself would be a dependency cycle.
 
     Args:
+        material: that may be relit.
         anew: also if it looks the same from here: a group of it was edited.
     """
     groups = (

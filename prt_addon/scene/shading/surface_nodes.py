@@ -202,6 +202,7 @@ def _relit_by(
     """What relights a BSDF by a helper group.
 
     Args:
+        group: makes the helper group, or finds it.
         keeps_gloss: whether a copy of the BSDF, fed with what the helper leaves of it, is added.
     """
 

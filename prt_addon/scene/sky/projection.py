@@ -91,6 +91,10 @@ def projected(sky: Sky, light: Array, by: str, settings: LightSettings, texels: 
     """A light (9, 3) that was made of a sky, by what the sentence says, once windowed and its lamps are found.
 
     Args:
+        sky: that the light was made of.
+        light: (9, 3), as it was projected.
+        by: how it was made, to begin the sentence with.
+        settings: of the projection.
         texels: what lamps are looked for in, if they are equirectangular; otherwise the sky is looked at anew.
     """
     if settings.window == "AUTO":

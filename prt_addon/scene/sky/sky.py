@@ -145,6 +145,7 @@ def read_world(world: bpy.types.World, holder: bpy.types.World | None = None) ->
     """As `read_sky`, of one world, which may be an evaluated one.
 
     Args:
+        world: that lights the scene.
         holder: the world that carries the light, if that is another.
     """
     holder = holder or world
