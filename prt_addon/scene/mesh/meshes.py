@@ -376,7 +376,7 @@ def _pulled_into_faces(
         corner_normal: (n, 3) its shading normal.
         pair: (n,) the (vertex, normal) pair that it belongs to.
         count: number of the pairs.
-        radius: of the mesh: how far a hair is is a share of it.
+        radius: of the mesh; a hair is a share of it.
     """
     centre = _transformed(vector_array(mesh.polygons, "center"), matrix)
     sizes = _face_sizes(mesh)
