@@ -53,7 +53,7 @@ class PRT_OT_keyframe_light(StepwiseOperator, LightProperties, bpy.types.Operato
         scene = context.scene
         self.frame_start, self.frame_end = scene.frame_start, scene.frame_end
         self.window, self.cutoff = scene.prt.window, scene.prt.cutoff
-        return self._ask(context)
+        return self._open_dialog(context)
 
     def _begin(self, context: bpy.types.Context) -> Steps:
         scene, given = context.scene, self.properties.is_property_set

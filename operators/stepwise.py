@@ -66,7 +66,7 @@ class StepwiseOperator(WhenIdle):
         """Say what was done."""
         raise NotImplementedError
 
-    def _ask(self, context: bpy.types.Context) -> set[str]:
+    def _open_dialog(self, context: bpy.types.Context) -> set[str]:
         """Open the operator's dialog; once it is confirmed the work goes on behind a live window."""
         self._confirmed_in_window = not bpy.app.background
         return set(context.window_manager.invoke_props_dialog(self))

@@ -26,14 +26,14 @@ class Layout:
 
 @pytest.fixture
 def drawn(blender):
-    """Draw all panels of the tab that Blender would draw; their words."""
+    """Draw all panels that Blender would draw, in some view; their words. `drawn.panels` are those that were not left out."""
     import headless
 
     tab = importlib.import_module(f"{headless.PACKAGE}.ui.tab")
     properties = importlib.import_module(f"{headless.PACKAGE}.ui.properties")
     interface = importlib.import_module(f"{headless.PACKAGE}.ui")
 
-    def draw():
+    def draw(**view):
         real = blender.context
         context = SimpleNamespace(
             scene=real.scene,
@@ -43,7 +43,9 @@ def drawn(blender):
             selected_objects=real.selected_objects,
             preferences=real.preferences,
             region=SimpleNamespace(width=280),
+            **view,
         )
+        draw.panels = set()
         said: list[str] = []
         for panel in interface.CLASSES:
             if issubclass(panel, (tab.Tab, properties.Section)) and getattr(panel, "poll", lambda _context: True)(
@@ -51,6 +53,7 @@ def drawn(blender):
             ):
                 layout = Layout()
                 panel.draw(SimpleNamespace(layout=layout), context)
+                draw.panels.add(panel)
                 said += layout.said
             elif panel.bl_rna.base and panel.bl_rna.base.identifier == "Menu" and panel.__name__.startswith("PRT_MT"):
                 panel.draw(SimpleNamespace(layout=(layout := Layout())), context)
@@ -90,6 +93,117 @@ def test_in_every_state(blender, part, scene, stage, drawn):
     assert "Cancel" in drawn()
     job.cancel()
     job.wait()
+
+
+def no_ray_caster(blender, part, scene, stage, patch):
+    patch.setattr(part("raycast"), "is_available", lambda: False)
+
+
+def a_preview(blender, part, scene, stage, patch):
+    session = part("session").session
+    patch.setattr(session, "job", SimpleNamespace(progress=0.5, text="50%"))
+    patch.setattr(session, "before", SimpleNamespace())
+
+
+def many_stale(blender, part, scene, stage, patch):
+    balls = [stage.object_of(f"Ball {number}", stage.icosphere(1), stage.diffuse()) for number in range(9)]
+    blender.ops.prt.bake(mode="UNSHADOWED")
+    for ball in balls:
+        ball.rotation_euler.x = 1.0
+    blender.ops.prt.check()
+
+
+def other_settings(blender, part, scene, stage, patch):
+    blender.ops.prt.project_light(window="NONE")
+    scene.prt.window = "HANN"
+
+
+def keyframed(blender, part, scene, stage, patch):
+    blender.ops.prt.keyframe_light(window="NONE", frame_start=1, frame_end=2)
+    scene.prt.window = "HANN"
+
+
+def a_sun(blender, part, scene, stage, patch):
+    tree = scene.world.node_tree
+    background = next(node for node in tree.nodes if node.bl_idname == "ShaderNodeBackground")
+    sky = tree.nodes.new("ShaderNodeTexSky")
+    tree.links.new(sky.outputs[0], background.inputs["Color"])
+    blender.ops.prt.project_light()
+
+
+def active_ball(blender, stage):
+    ob = stage.object_of("Ball", stage.icosphere(1), stage.diffuse())
+    blender.context.view_layer.objects.active = ob
+    blender.ops.prt.bake(mode="UNSHADOWED")
+    return ob
+
+
+def newer(blender, part, scene, stage, patch):
+    ob = active_ball(blender, stage)
+    ob.data["prt_bake"] = ob.data["prt_bake"].to_dict() | {"version": 99}
+
+
+def unknown(blender, part, scene, stage, patch):
+    del active_ball(blender, stage).data["prt_bake"]
+
+
+def edit_mode(blender, part, scene, stage, patch):
+    active_ball(blender, stage)
+    blender.ops.object.mode_set(mode="EDIT")
+
+
+def notices(blender, part, scene, stage, patch):
+    scene.world = None
+    stage.object_of("Floor", stage.grid(1, 9.0), stage.diffuse())
+    stage.object_of("Ball", stage.icosphere(2), stage.diffuse(), (0, 0, 1.5))
+    blender.ops.prt.bake(mode="SHADOWED", samples=8)
+
+
+def view(kind):
+    return {"space_data": SimpleNamespace(shading=SimpleNamespace(type=kind, color_type="MATERIAL"))}
+
+
+STATES = {
+    "no ray caster": (no_ray_caster, {}, ["The ray caster is missing."]),
+    "a preview": (a_preview, {}, ["prt.keep_preview", "Cancel"]),
+    "many stale": (many_stale, {}, ["and 1 more", "prt.bake_stale"]),
+    "other settings": (other_settings, {}, ["Other settings are set: project the world.", "cutoff"]),
+    "keyframed": (keyframed, {}, ["keyframe the light again"]),
+    "a sun": (a_sun, {}, ["Rotation"]),
+    "newer": (newer, {}, ["newer version"]),
+    "unknown": (unknown, {}, ["of unknown origin"]),
+    "edit mode": (edit_mode, {}, ["Ball: "]),
+    "notices": (notices, {}, ["prt.select_noticed", "prt.refine", "PRT_MT_skies"]),
+    "solid": (many_stale, view("SOLID"), ["This view shows no baked light.", "color_type"]),
+    "rendered": (many_stale, view("RENDERED"), ["Solid shading with the colour Attribute shows it:"]),
+}
+
+
+@pytest.mark.parametrize("state", STATES)
+def test_in_rarer_states(blender, part, scene, stage, drawn, monkeypatch, state):
+    """What panels show only now and then."""
+    prepare, where, wanted = STATES[state]
+    stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
+    prepare(blender, part, scene, stage, monkeypatch)
+    said = "\n".join(drawn(**where)).replace(".\n", ". ").replace(" \n", " ")
+    assert [words for words in wanted if words not in " ".join(said.split())] == []
+
+
+def test_every_panel_is_drawn(blender, part, scene, stage, drawn, monkeypatch):
+    """None is left out of what is tested here."""
+    import headless
+
+    stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
+    notices(blender, part, scene, stage, monkeypatch)
+    stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
+    blender.ops.prt.project_light()
+    ball = blender.context.view_layer.objects.active = blender.data.objects["Ball"]
+    ball.location.z = 2.0
+    blender.ops.prt.check()
+    drawn()
+    ui = importlib.import_module(f"{headless.PACKAGE}.ui")
+    panels = {one for one in ui.CLASSES if issubclass(one, blender.types.Panel)}
+    assert {one.__name__ for one in panels - drawn.panels} == {"PRT_PT_bake_presets", "FILE_PT_prt_gltf"}
 
 
 DAMAGE = {

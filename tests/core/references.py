@@ -3,6 +3,16 @@
 
 import numpy as np
 
+COURSE_FACES = {
+    "negx": ((0, 0, 1), (0, -1, 0), (-1, 0, 0)),
+    "posx": ((0, 0, 1), (0, -1, 0), (1, 0, 0)),
+    "posy": ((1, 0, 0), (0, 0, -1), (0, -1, 0)),
+    "negy": ((1, 0, 0), (0, 0, 1), (0, 1, 0)),
+    "posz": ((-1, 0, 0), (0, -1, 0), (0, 0, -1)),
+    "negz": ((1, 0, 0), (0, -1, 0), (0, 0, 1)),
+}
+"""Right, down and middle of each face of the GAMES202 course's cube maps, in its Y-up world."""
+
 
 def order2(directions):
     """The nine real harmonics written out (Ramamoorthi & Hanrahan 2001, equation 3)."""

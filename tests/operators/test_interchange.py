@@ -4,6 +4,8 @@
 import numpy as np
 import pytest
 
+from tests.core.references import COURSE_FACES
+
 
 @pytest.fixture
 def baked(blender, scene, stage):
@@ -213,16 +215,8 @@ def test_the_course_s_own_parameters(blender, part, scene, stage, tmp_path):
     def course(x, y, z):  # a direction in its axes, given in ours
         return y_up_condon_shortley((x, -z, y))
 
-    table = {  # right, down, middle, in its Y-up world
-        "negx": ((0, 0, 1), (0, -1, 0), (-1, 0, 0)),
-        "posx": ((0, 0, 1), (0, -1, 0), (1, 0, 0)),
-        "posy": ((1, 0, 0), (0, 0, -1), (0, -1, 0)),
-        "negy": ((1, 0, 0), (0, 0, 1), (0, 1, 0)),
-        "posz": ((-1, 0, 0), (0, -1, 0), (0, 0, -1)),
-        "negz": ((1, 0, 0), (0, -1, 0), (0, 0, 1)),
-    }
     light = np.zeros((9, 3))
-    for name, frame in table.items():
+    for name, frame in COURSE_FACES.items():
         for row, column in np.ndindex(size, size):
             u, v = ((2 * index + 1) / size - 1 for index in (column, row))
             angle = (2 / size) ** 2 * (1 + u * u + v * v) ** -1.5

@@ -11,6 +11,18 @@ import bpy
 import numpy as np
 import numpy.typing as npt
 
+PROCEDURAL_TEXTURES = {
+    "ShaderNodeTexBrick",
+    "ShaderNodeTexChecker",
+    "ShaderNodeTexGabor",
+    "ShaderNodeTexGradient",
+    "ShaderNodeTexMagic",
+    "ShaderNodeTexNoise",
+    "ShaderNodeTexVoronoi",
+    "ShaderNodeTexWave",
+}
+"""Textures that are laid over Generated coordinates where nothing feeds their Vector: in a world, along the view."""
+
 
 class Wiring:
     """What feeds what in node trees, for as long as these do not change.

@@ -17,7 +17,7 @@ import numpy.typing as npt
 from ...core.notices import Kind, Notice
 from ..blender.nodes import has_loop
 from ..mesh.meshes import Surface
-from .cycles_colour import ColourRequest, CyclesRequest, CyclesRequests, Unread
+from .cycles_colour import CyclesRequest, CyclesRequests, Unread
 from .lost_pictures import why_not_shown
 from .patterns import NotRead, PatternReader, ReadPattern, SurfaceValues
 from .reading import BLACK, RGB, Colour, Constant
@@ -47,17 +47,11 @@ _LOST = Kind(
 class AlbedoReader:
     """Reads albedo of one state of the scene: each texture once, and as far as materials can be read.
 
-    The rest waits for Cycles, which cannot work while another render goes on: `AlbedoDraft.complete` has it evaluated. Close the
-    reader after that.
+    The rest waits for Cycles, which cannot work while another render goes on: `AlbedoDraft.complete` has it evaluated.
     """
 
-    def __init__(self, patterns: PatternReader) -> None:
-        self._requests = CyclesRequests(ColourRequest)
-        self._patterns = patterns
-
-    def close(self) -> None:
-        """Remove what the requests left in the file."""
-        self._requests.close()
+    def __init__(self, patterns: PatternReader, requests: CyclesRequests) -> None:
+        self._patterns, self._requests = patterns, requests
 
     def read(
         self, ob: bpy.types.Object, mesh: bpy.types.Mesh, surface: Surface, matrix: npt.NDArray[np.float64]

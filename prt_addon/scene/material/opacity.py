@@ -19,7 +19,7 @@ from ..blender.nodes import has_loop
 from ..mesh.meshes import Surface
 from .albedo import used_materials
 from .cycles_colour import CyclesRequest, CyclesRequests, Unread
-from .cycles_texels import FacePicture, TexelRequest
+from .cycles_texels import FacePicture
 from .lost_pictures import why_not_shown
 from .patterns import NotRead, PatternReader, ReadPattern, SurfaceValues
 from .reading import Colour, Constant, Mixed, Source
@@ -38,13 +38,8 @@ _OPAQUE = Kind(
 class OpacityReader:
     """Reads the opacity of one state of the scene. As with the `AlbedoReader`, what other nodes make waits for Cycles."""
 
-    def __init__(self, patterns: PatternReader) -> None:
-        self._requests = CyclesRequests(TexelRequest)
-        self._patterns = patterns
-
-    def close(self) -> None:
-        """Remove what the requests left in the file."""
-        self._requests.close()
+    def __init__(self, patterns: PatternReader, requests: CyclesRequests) -> None:
+        self._patterns, self._requests = patterns, requests
 
     def read(
         self, ob: bpy.types.Object, mesh: bpy.types.Mesh, surface: Surface, matrix: npt.NDArray[np.float64]

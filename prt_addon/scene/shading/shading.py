@@ -61,7 +61,7 @@ _GLOWS = Kind(
     "{count} materials emit light: they glow, but light nothing around them in the bake. Put lamps where they shine: {names}.",
     "INFO",
 )
-_CROWDED = Kind(
+_TOO_MANY_ATTRIBUTES = Kind(
     "Material {name} reads {count} attributes of the mesh (UV maps, colours, tangents). EEVEE takes 14 in all, and the "
     "transport needs nine: it is not relit. Let it read {most} at most.",
     "{count} materials read more attributes of their meshes (UV maps, colours, tangents) than EEVEE takes beside the "
@@ -299,7 +299,7 @@ def _add_to_material(material: bpy.types.Material, two_sided: bool) -> list[Noti
         return [*said, Notice(_LIGHTLESS, material.name)]
     count = len(attributes_read(reading.output)) if reading.output else 0
     if count > ROOM:
-        return [Notice(_CROWDED, material.name, {"count": str(count), "most": str(ROOM)})]
+        return [Notice(_TOO_MANY_ATTRIBUTES, material.name, {"count": str(count), "most": str(ROOM)})]
     if two_sided and count > ROOM_WITH_BACKS:
         two_sided = False
         said.append(Notice(_NO_BACKS, material.name, {"count": str(count), "most": str(ROOM_WITH_BACKS)}))

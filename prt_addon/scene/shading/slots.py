@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import bpy
 
 from ...core.layout import BACKS, LAYERS
-from ..blender.nodes import Wiring
+from ..blender.nodes import PROCEDURAL_TEXTURES, Wiring
 
 MOST = 14
 ROOM = MOST - len(LAYERS)
@@ -16,18 +16,6 @@ ROOM = MOST - len(LAYERS)
 
 ROOM_WITH_BACKS = ROOM - len(BACKS)
 """What is left if the layers of backs are read, too."""
-
-_PROCEDURAL = {
-    "ShaderNodeTexBrick",
-    "ShaderNodeTexChecker",
-    "ShaderNodeTexGabor",
-    "ShaderNodeTexGradient",
-    "ShaderNodeTexMagic",
-    "ShaderNodeTexNoise",
-    "ShaderNodeTexVoronoi",
-    "ShaderNodeTexWave",
-}
-"""Textures that are laid over Generated coordinates where nothing feeds their Vector."""
 
 _GENERATED = ("generated", ""), ("generated", "size")
 
@@ -70,5 +58,5 @@ def _read_by(node: bpy.types.Node, wiring: Wiring) -> Iterator[tuple[str, str]]:
             yield from _GENERATED
     elif kind == "ShaderNodeTexImage" and not wiring.source(node.inputs["Vector"]):
         yield "uv", ""
-    elif kind in _PROCEDURAL and not wiring.source(node.inputs["Vector"]):
+    elif kind in PROCEDURAL_TEXTURES and not wiring.source(node.inputs["Vector"]):
         yield from _GENERATED

@@ -12,20 +12,9 @@ import numpy as np
 
 from ...core.errors import LightError, PictureError
 from ..blender.images import missing
-from ..blender.nodes import Wiring, is_remapped, nodes_are_on
+from ..blender.nodes import PROCEDURAL_TEXTURES, Wiring, is_remapped, nodes_are_on
 
-_LOOKS_ALONG = {
-    "ShaderNodeTexEnvironment",
-    "ShaderNodeTexSky",
-    "ShaderNodeTexBrick",
-    "ShaderNodeTexChecker",
-    "ShaderNodeTexGabor",
-    "ShaderNodeTexGradient",
-    "ShaderNodeTexMagic",
-    "ShaderNodeTexNoise",
-    "ShaderNodeTexVoronoi",
-    "ShaderNodeTexWave",
-}
+_LOOKS_ALONG = {"ShaderNodeTexEnvironment", "ShaderNodeTexSky", *PROCEDURAL_TEXTURES}
 """Textures that look along the view where their Vector is not linked."""
 
 _GIVES_DIRECTION = {

@@ -9,7 +9,7 @@ from prt_addon.core.exchange.games202 import InterchangeError
 from prt_addon.core.sky import cube_map
 from prt_addon.core.sphere import sh
 from prt_addon.core.sphere.rotation import rotation_matrix
-from tests.core.references import order2, random_directions
+from tests.core.references import COURSE_FACES, order2, random_directions
 
 OPEN = 1 / np.sqrt(4 * np.pi)
 
@@ -100,17 +100,9 @@ def test_course_cube_map_to_course_light(tmp_path):
     size, path = 8, tmp_path / "light.txt"
     random = np.random.default_rng(7)
     faces = {name: random.uniform(size=(size, size, 3)).astype(np.float32) for name in cube_map.FACES}
-    table = {
-        "negx": ((0, 0, 1), (0, -1, 0), (-1, 0, 0)),
-        "posx": ((0, 0, 1), (0, -1, 0), (1, 0, 0)),
-        "posy": ((1, 0, 0), (0, 0, -1), (0, -1, 0)),
-        "negy": ((1, 0, 0), (0, 0, 1), (0, 1, 0)),
-        "posz": ((-1, 0, 0), (0, -1, 0), (0, 0, -1)),
-        "negz": ((1, 0, 0), (0, -1, 0), (0, 0, 1)),
-    }
     total, fine = np.zeros((9, 3)), 4  # the solid angle by splitting a texel in fine**2
     inner = (np.arange(fine) + 0.5) / fine
-    for name, (right, down, centre) in table.items():
+    for name, (right, down, centre) in COURSE_FACES.items():
         for row, column in np.ndindex(size, size):
             u, v = 2 * (column + 0.5) / size - 1, 2 * (row + 0.5) / size - 1
             direction = u * np.array(right) + v * np.array(down) + np.array(centre)
