@@ -1,16 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Baked objects that are appended, linked or overridden show the other file's light, and nothing piles up."""
 
-import subprocess
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
+from tests import bare_blender
+
 BRING = """
-import bpy, sys
-assert not any(name.endswith("prt_relight") for name in bpy.context.preferences.addons.keys())
 other, baked, frame = sys.argv[1:]
 bpy.ops.wm.open_mainfile(filepath=other)
 for name, link in (("Ball", False), ("Twin", True)):
@@ -73,14 +69,8 @@ def test_appended_and_linked_objects_show_the_light_of_the_file_they_are_in(
     bring(blender, baked, True, "Twin")
     assert len(blender.data.worlds) == 1
     np.testing.assert_allclose(stage.render(tmp_path / "with.exr"), wanted, rtol=1e-3, atol=1e-4)
-    script, frame = tmp_path / "bring.py", tmp_path / "without.exr"
-    script.write_text(BRING)
-    subprocess.run(
-        [sys.executable, script, other, baked, frame],
-        check=True,
-        capture_output=True,
-        env={"PATH": "/usr/bin:/bin", "HOME": str(Path.home()), "BLENDER_USER_RESOURCES": str(tmp_path / "profile")},
-    )
+    frame = tmp_path / "without.exr"
+    bare_blender.run(tmp_path, BRING, other, baked, frame)
     np.testing.assert_allclose(stage.read_exr(frame), wanted, rtol=1e-3, atol=1e-4)
 
 

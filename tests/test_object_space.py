@@ -1,14 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Objects baked in their own axes, turned, moved, mirrored or animated, look as if baked again where they stand."""
 
-import subprocess
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-from tests.test_relight import REOPEN
+from tests import bare_blender
 
 # Turn of the object, turn of the world, scale. Scale belongs to the bake, the turns come after it.
 PLACES = [
@@ -110,7 +106,7 @@ def test_one_material_serves_both_spaces(blender, part, scene, stage, tmp_path):
 
 
 def test_animated_object_in_a_blender_without_the_extension(blender, scene, stage, tmp_path):
-    """Keyframes of turn and place, saved, rendered where no one knows us: as if baked again in every frame."""
+    """Keyframes of turn and place, saved, rendered by a Blender that lacks us: as if baked again in every frame."""
     ob = two_spheres(stage, size=0.8)
     stage.top_camera()
     stage.environment(stage.picture("Six", stage.six_coloured_sky()))
@@ -124,20 +120,10 @@ def test_animated_object_in_a_blender_without_the_extension(blender, scene, stag
         bake(blender, ob, "SCENE")
         wanted.append(stage.render(tmp_path / "again.exr"))
     bake(blender, ob, "OBJECT")
-    blend, script = tmp_path / "saved.blend", tmp_path / "reopen.py"
-    blender.ops.wm.save_as_mainfile(filepath=str(blend))
-    script.write_text(REOPEN)
-    frames = [tmp_path / f"theirs{number}.exr" for number in (1, 2)]
-    subprocess.run(
-        [sys.executable, script, blend, *frames],
-        check=True,
-        capture_output=True,
-        env={"PATH": "/usr/bin:/bin", "HOME": str(Path.home()), "BLENDER_USER_RESOURCES": str(tmp_path / "profile")},
-    )
-    for path, again in zip(frames, wanted, strict=True):
+    for shown, again in zip(bare_blender.rendered(blender, stage, tmp_path, 2), wanted, strict=True):
         seen = again[..., 3] > 0.5
         assert seen.sum() > 400
-        assert np.abs(stage.read_exr(path) - again)[seen].max() / again[seen].max() < 3e-3
+        assert np.abs(shown - again)[seen].max() / again[seen].max() < 3e-3
 
 
 @pytest.mark.parametrize("where", PLACES, ids=["plain", "scaled", "mirrored"])

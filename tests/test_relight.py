@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """From a bake to EEVEE's pixels, the light is that of NumPy and of Cycles."""
 
-import subprocess
-import sys
 from math import pi
-from pathlib import Path
 
 import numpy as np
 import pytest
+
+from tests import bare_blender
 
 ROTATIONS = [(0.0, 0.0, 0.0), (0.0, 0.0, 1.1), (0.7, 0.0, 0.0), (0.4, -0.9, 2.3), (pi, 0.2, -1.0)]
 
@@ -152,33 +151,6 @@ def test_base_colour_keeps_its_texture_and_unbaked_meshes_their_shader(blender, 
     np.testing.assert_allclose(shown[:, 0], 1.1, atol=0.05)
 
 
-REOPEN = """
-import bpy, sys
-assert not any(name.endswith("prt_relight") for name in bpy.context.preferences.addons.keys())
-blend, *frames = sys.argv[1:]
-bpy.ops.wm.open_mainfile(filepath=blend)
-for number, path in enumerate(frames, start=1):
-    bpy.context.scene.frame_set(number)
-    bpy.context.scene.render.filepath = path
-    bpy.ops.render.render(write_still=True)
-"""
-
-
-def render_elsewhere(bpy, stage, tmp_path, count):
-    """Save the file and render its first frames in a Blender that lacks us: pixels of each."""
-    blend, script = tmp_path / "saved.blend", tmp_path / "reopen.py"
-    bpy.ops.wm.save_as_mainfile(filepath=str(blend))
-    script.write_text(REOPEN)
-    frames = [tmp_path / f"theirs{number}.exr" for number in range(1, count + 1)]
-    subprocess.run(
-        [sys.executable, script, blend, *frames],
-        check=True,
-        capture_output=True,
-        env={"PATH": "/usr/bin:/bin", "HOME": str(Path.home()), "BLENDER_USER_RESOURCES": str(tmp_path / "profile")},
-    )
-    return [stage.read_exr(frame) for frame in frames]
-
-
 def test_saved_file_turns_without_the_extension(blender, part, scene, stage, tmp_path):
     """Save, open in a Blender that lacks us, step through keyframes of rotation and strength: the same pixels."""
     self_shadowing_stage(stage, blender)
@@ -194,7 +166,7 @@ def test_saved_file_turns_without_the_extension(blender, part, scene, stage, tmp
     for number in keys:
         scene.frame_set(number)
         ours[number] = stage.render(tmp_path / f"ours{number}.exr")
-    frames = render_elsewhere(blender, stage, tmp_path, len(keys))
+    frames = bare_blender.rendered(blender, stage, tmp_path, len(keys))
     for theirs, (number, (rotation, value)) in zip(frames, keys.items(), strict=True):
         np.testing.assert_allclose(theirs, ours[number], rtol=1e-3, atol=1e-4)
         wanted, seen = expected_pixels(part, blender, stage, np.array([0.8, 0.5, 0.2]), rotation, value)
@@ -221,7 +193,7 @@ def test_keyframed_sky_without_the_extension(blender, part, scene, stage, tmp_pa
         assert not part("light_state").light_state(world).stale
         ours.append(stage.render(tmp_path / "ours.exr"))
     assert blender.ops.prt.keyframe_light(frame_start=1, frame_end=2) == {"FINISHED"}
-    for theirs, wanted in zip(render_elsewhere(blender, stage, tmp_path, 2), ours, strict=True):
+    for theirs, wanted in zip(bare_blender.rendered(blender, stage, tmp_path, 2), ours, strict=True):
         np.testing.assert_allclose(theirs, wanted, rtol=5e-3, atol=5e-4 * wanted.max())
     brightness = [frame[..., :3].mean() for frame in ours]
     assert brightness[1] > 3 * brightness[0]
