@@ -141,6 +141,18 @@ def environment(image, strength=1.0, mapping=True):
     return world, node
 
 
+def lengthen(world, count):
+    """Put nodes before the Background of a world until it has so many: each inverts the colour."""
+    nodes, links = world.node_tree.nodes, world.node_tree.links
+    background = next(node for node in nodes if node.bl_idname == "ShaderNodeBackground")
+    output = background.inputs["Color"].links[0].from_socket
+    while len(nodes) < count:
+        node = nodes.new("ShaderNodeInvert")
+        links.new(output, node.inputs["Color"])
+        output = node.outputs[0]
+    links.new(output, background.inputs["Color"])
+
+
 def top_camera(scale=3.0, resolution=RESOLUTION):
     """An orthographic camera that looks straight down; pixel (row, column) is where `pixel_points` says."""
     scene = bpy.context.scene

@@ -247,13 +247,7 @@ def test_large_files_are_drawn_quickly(blender, part, scene, stage, drawn):
     """2,000 objects, all selected, 200 materials, a world of 250 nodes and a long report: 2 ms where nothing else runs,
     as all is known already; looked up it is 20."""
     world, _ = stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
-    background = next(node for node in world.node_tree.nodes if node.bl_idname == "ShaderNodeBackground")
-    output = background.inputs["Color"].links[0].from_socket
-    while len(world.node_tree.nodes) < 250:
-        node = world.node_tree.nodes.new("ShaderNodeInvert")
-        world.node_tree.links.new(output, node.inputs["Color"])
-        output = node.outputs[0]
-    world.node_tree.links.new(output, background.inputs["Color"])
+    stage.lengthen(world, 250)
     mesh = stage.cube()
     for number in range(2000):
         ob = blender.data.objects.new(f"Cube {number}", mesh)

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the light follows by itself, what it is projected again for, and what is said where it is stale."""
 
+import time
+
 import numpy as np
 import pytest
 
@@ -326,3 +328,21 @@ def test_auto_inserts_no_nodes(blender, scene, stage, state):
     assert ["Project World" in told for told in state().not_followed] == [True]
     blender.ops.prt.project_light()
     assert len(tree.nodes) == count + 2 and not state().stale and not state().not_followed
+
+
+def test_the_state_is_found_in_linear_time(blender, scene, stage, state):
+    """Four times the nodes take about four times as long; sixteen, where each link is searched among all."""
+    world, _ = stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
+    blender.ops.prt.project_light(window="NONE")
+
+    def seconds(count):
+        stage.lengthen(world, count)
+        times = []
+        for _ in range(5):
+            began = time.thread_time()
+            assert state().stale
+            times.append(time.thread_time() - began)
+        return min(times)
+
+    few = seconds(60)
+    assert seconds(240) < 8.0 * few
