@@ -225,7 +225,7 @@ def test_the_window_shows_another_scene_when_a_bake_ends(blender, part, scene, s
 
 
 def test_what_moved_while_a_bake_ran_is_not_called_fresh(blender, part, scene, ball):
-    """A vertex ends it, as its result is of what was read; an object that was moved is for a check to tell."""
+    """A vertex ends it, as its result is of what was read; an object that was moved is for a check to find."""
     settings = part("problem").BakeSettings(mode="SHADOWED", samples=16)
 
     def bake(change):

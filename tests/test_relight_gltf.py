@@ -36,7 +36,7 @@ def nearest(points, positions):
 
 
 def principled(blender):
-    """A material whose colour the exporter knows; without gloss, which it does not export."""
+    """A material whose colour the exporter reads; without gloss, which it does not export."""
     from headless import use_nodes
 
     material = blender.data.materials.new("Clay")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files are there as wholes or not at all; arrays past a budget lie in files that nobody else sees."""
+"""Files are there as wholes or not at all; arrays past a budget lie in files that no other program sees."""
 
 import os
 import signal

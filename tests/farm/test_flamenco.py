@@ -31,8 +31,8 @@ def compiled(script, settings=None, variables=None):
     """What the host makes of a job type and the settings of a job."""
     node = shutil.which("node")
     assert node, "these tests run the job type in Node: install it (apt-get install nodejs)"
-    asked = {"script": str(script), "settings": settings, "variables": variables}
-    answer = subprocess.run([node, HERE / "host.mjs"], input=json.dumps(asked), capture_output=True, text=True)
+    job = {"script": str(script), "settings": settings, "variables": variables}
+    answer = subprocess.run([node, HERE / "host.mjs"], input=json.dumps(job), capture_output=True, text=True)
     if answer.returncode:
         raise ValueError(answer.stderr)
     return json.loads(answer.stdout)

@@ -37,7 +37,7 @@ async function read(shown, folder = ".") {
   const mesh = Files.mesh(await text("figure.obj"));
   shown.setScene(mesh, Files.transport(await text(`${folder}/transport.txt`), mesh.places.length / 3), Files.light(await text("light.txt")));
 }
-function tell(promise) {
+function post(promise) {
   promise.then(JSON.stringify, (error) => error.message).then((body) => fetch("/found", { method: "POST", body }));
 }
 </script>"""

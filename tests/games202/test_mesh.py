@@ -20,7 +20,7 @@ async function run() {{
   }});
   return {{ ...viewer.camera.place(), pictures }};
 }}
-tell(run());
+post(run());
 </script>"""
 
 

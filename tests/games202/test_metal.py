@@ -25,7 +25,7 @@ async function run() {
     return pixelsOf(gl, 10 * SIZE, 2 * SIZE, 1);
   });
 }
-tell(run());
+post(run());
 </script>"""
 
 
@@ -37,10 +37,10 @@ def metal(size, lamp, colour, bounce_colour):
     normals = np.stack([x, y, np.sqrt(np.maximum(1.0 - away, 0.01))], axis=-1)
     mu_out, mu_in = normals[..., 2], normals @ lamp
     half = normals @ (lamp + UP) / np.linalg.norm(lamp + UP)
-    lit = (away <= 0.99) & (mu_in > 0.0)
+    facing = (away <= 0.99) & (mu_in > 0.0)
     columns = []
     for roughness in np.arange(1, 11) / 10.0:
-        alpha, inward = roughness**2, np.where(lit, mu_in, 1.0)
+        alpha, inward = roughness**2, np.where(facing, mu_in, 1.0)
         seen = ggx.masking_shadowing(mu_out, inward, alpha)
         first = colour * (ggx.distribution(half, alpha) * seen / (4.0 * mu_out * inward))[..., None]
         average = table.average_albedo(roughness)
@@ -48,7 +48,9 @@ def metal(size, lamp, colour, bounce_colour):
         further = compensation.lost_lobe(albedo(mu_out), albedo(inward), average)[..., None] * bounce_colour(
             colour, average
         )
-        columns.append(np.concatenate([first + further, first]) * np.tile((np.pi * lit * inward)[..., None], (2, 1, 1)))
+        columns.append(
+            np.concatenate([first + further, first]) * np.tile((np.pi * facing * inward)[..., None], (2, 1, 1))
+        )
     return np.concatenate(columns, axis=1)
 
 

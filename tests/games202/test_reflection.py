@@ -24,7 +24,7 @@ async function run() {{
   }}
   return {{ ...reflection.camera.place(), pictures }};
 }}
-tell(run());
+post(run());
 </script>"""
 
 

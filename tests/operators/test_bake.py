@@ -117,8 +117,8 @@ def test_warnings_are_not_lost_behind_the_last_word(blender, scene, stage, capfd
     ):
         capfd.readouterr()
         blender.ops.prt.bake(mode="SHADOWED", samples=4)
-        [told] = [line for line in capfd.readouterr().out.splitlines() if "Baked" in line]
-        assert told.endswith(f"rays.{said}")
+        [line] = [one for one in capfd.readouterr().out.splitlines() if "Baked" in one]
+        assert line.endswith(f"rays.{said}")
         ob = stage.object_of("Hidden", stage.cube(), None, (9, 0, 0))
         ob.hide_render = not said
         ob.scale = (float(not said),) * 3

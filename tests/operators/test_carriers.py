@@ -232,7 +232,7 @@ def test_duplicates(blender, part, scene, stage, carrier):
 
 
 def test_no_orphan_stays(blender, scene, stage, carrier):
-    """Baked again, removed, or the object deleted and another baked: what nobody shows is gone."""
+    """Baked again, removed, or the object deleted and another baked: what nothing shows is gone."""
     ob, other = rounded(stage), rounded(stage, "Other")
     before = datablocks(blender)
     for _ in range(2):

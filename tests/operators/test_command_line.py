@@ -67,21 +67,21 @@ def test_progress_is_for_terminals(blend):
 
 def test_ctrl_c_on_the_command_line(blend):
     """The process fails with a sentence, soon, and the file is what it was."""
-    before, asked = blend.read_bytes(), []
+    before, stopped = blend.read_bytes(), []
 
     def interrupt(process):
-        asked.append(time.perf_counter())
+        stopped.append(time.perf_counter())
         process.send_signal(signal.SIGINT)
 
     code, shown, said = on_a_terminal(baking(blend, f"mode='SHADOWED', samples={NOT_SOON}"), interrupt)
-    assert asked and time.perf_counter() - asked[0] < 5.0
+    assert stopped and time.perf_counter() - stopped[0] < 5.0
     assert code == 1 and "Interrupted; nothing was changed" in shown + said
     assert blend.read_bytes() == before
 
 
 @pytest.mark.slow
 def test_a_killed_bake_resumes_from_its_checkpoints(blender, part, stage, blend, tmp_path):
-    """The file is what it was, and the second try has the bits of one that nobody stopped."""
+    """The file is what it was, and the second try has the bits of one that was not stopped."""
     folder = tmp_path / "checkpoints"
     samples = part("trace").RAYS_IN_A_PIECE // 155  # two pieces: there are 162 receivers
     options = f"mode='SHADOWED', samples={samples}, checkpoint_dir='{folder}'"

@@ -158,7 +158,7 @@ def test_the_world_holds_the_light(blender, part, scene, stage, tmp_path):
 
 
 def test_light_is_windowed_like_any_other(blender, part, scene, stage, tmp_path):
-    """As asked for, or as the scene has it; and then it is fresh."""
+    """As given, or as the scene has it; and then it is fresh."""
     folder = write_float(stage, tmp_path / "Sky", hot_texel("negz", 16))
     blender.ops.prt.import_cubemap(directory=str(folder))
     whole = part("light").read_light(scene.world)

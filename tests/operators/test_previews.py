@@ -301,12 +301,12 @@ def test_a_world_that_cannot_be_projected_is_white(blender, part, stage, modal):
     assert stage.file_snapshot() == before
 
 
-@pytest.mark.parametrize("asked", [False, True])
-def test_scripts_have_none_unless_they_ask(blender, part, stage, shown, asked):
+@pytest.mark.parametrize("wanted", [False, True])
+def test_scripts_have_none_unless_they_want_them(blender, part, stage, shown, wanted):
     """Whether they are worth it or not."""
     furnish(stage)
-    assert blender.ops.prt.bake(samples=1 << 13, mode="SHADOWED", **({"previews": True} if asked else {})) == {
+    assert blender.ops.prt.bake(samples=1 << 13, mode="SHADOWED", **({"previews": True} if wanted else {})) == {
         "FINISHED"
     }
-    assert bool(shown) == asked
+    assert bool(shown) == wanted
     assert not any("preview" in text for text in glances(blender, part))

@@ -52,7 +52,7 @@ class Display:
         self.size = (width, height)
 
     def __enter__(self) -> Display:
-        reading, writing = os.pipe()  # Xvfb chooses a number that nobody uses, and says which
+        reading, writing = os.pipe()  # Xvfb chooses a number that is free, and says which
         screen = ["-screen", "0", "{}x{}x24".format(*self.size), "-nolisten", "tcp", "-noreset"]
         command = ["Xvfb", "-displayfd", str(writing), *screen]
         self._server = subprocess.Popen(command, stderr=subprocess.DEVNULL, pass_fds=[writing])
@@ -194,7 +194,7 @@ class Window:
         time.sleep(0.5)
 
     def find(self, text: str, within: Box | None = None, turned: bool = False, last: bool = False) -> Box:
-        """The box of words that stand in one line, in the panels unless told otherwise; waits for them a while.
+        """The box of words that stand in one line, in the panels unless others are given; waits for them a while.
 
         Where they stand more than once, the first in reading order, or the last.
         """

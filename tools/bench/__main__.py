@@ -72,7 +72,7 @@ def quick() -> Iterator[Experiment]:
 
 
 def main() -> None:
-    """Run, tell, write."""
+    """Run, print, write."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="a minute instead of a quarter of an hour")
     parser.add_argument("--output", type=Path, default=ROOT / "build" / "bench")

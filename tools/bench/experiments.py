@@ -74,7 +74,7 @@ def engine_start(turns: int) -> Result:
     up = np.array([[0.0, 0.0, 1.0]])
     nothing = Occluders(np.empty((0, 3)), np.empty((0, 3), dtype=np.int32))
 
-    def asked() -> None:
+    def first_answer() -> None:
         job = bake_job(BakeProblem.of([ReceiverGroup("Point", up, up, 1.0)], nothing, BakeSettings("UNSHADOWED")))
         job.start()
         job.result()
@@ -82,7 +82,7 @@ def engine_start(turns: int) -> Result:
     times = []
     for _ in range(turns):
         end_engine()
-        times.append((timed(asked).wall, timed(asked).wall))
+        times.append((timed(first_answer).wall, timed(first_answer).wall))
     end_engine()
     first, again = (float(np.median(column)) for column in zip(*times, strict=True))
     return {"first": first, "again": again}

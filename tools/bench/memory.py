@@ -78,7 +78,7 @@ def bake_in_blender(mode: str, receivers: int, samples: int) -> dict[str, float]
 
 
 def resident() -> int:
-    """Bytes of memory the process has now; its peak where the system does not tell."""
+    """Bytes of memory the process has now; its peak where the system does not say."""
     return _status("VmRSS") or _largest()
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Estimates transport plainly: random directions over the whole sphere, one loop over the samples, all vertices at once."""
+"""Estimates transport simply: random directions over the whole sphere, one loop over the samples, all vertices at once."""
 
 from __future__ import annotations
 

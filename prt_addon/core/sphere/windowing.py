@@ -142,7 +142,7 @@ def energy_shares(light: Array, total: float | None = None) -> Array:
 
     Args:
         light: ((order + 1)**2, 3).
-        total: energy of the picture, to tell what the projection kept; the light's own without it (Parseval).
+        total: energy of the picture, of which the projection kept a share; the light's own without it (Parseval).
 
     Returns:
         (order + 1,) float64; all zero for a black light.

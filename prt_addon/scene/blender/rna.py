@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reads settings of any of Blender's structures as plain values, so that two states of it can be told apart."""
+"""Reads settings of any of Blender's structures as plain values, so that two states of it can be compared."""
 
 from __future__ import annotations
 

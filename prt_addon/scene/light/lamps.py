@@ -151,10 +151,10 @@ def follow_receivers() -> None:
     if receivers is None:
         return
     wanted = {ob for ob in bpy.data.objects if ob.type == "MESH" and not is_carrier(ob) and _shows_baked_light(ob)}
-    lit = {ob for ob in receivers.objects if ob.type == "MESH"}
-    for ob in lit - wanted:
+    linked = {ob for ob in receivers.objects if ob.type == "MESH"}
+    for ob in linked - wanted:
         receivers.objects.unlink(ob)
-    for ob in wanted - lit:
+    for ob in wanted - linked:
         receivers.objects.link(ob)
 
 

@@ -232,7 +232,7 @@ def test_there_are_no_other_shards(index, count):
 
 
 def test_a_folder_that_cannot_be_written_is_an_error(tmp_path):
-    """Rays that nobody keeps are not cast for nothing."""
+    """Rays that nothing keeps are not cast for nothing."""
     (tmp_path / "file").write_text("in the way")
     with pytest.raises(OSError):
         bake_shards(tmp_path / "file", 1)

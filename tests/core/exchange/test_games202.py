@@ -65,7 +65,7 @@ def test_conversion_is_direct_evaluation():
 
 
 def test_signs_and_axes_by_hand():
-    """Lamps on each axis: band 1 tells where they went."""
+    """Lamps on each axis: band 1 shows where they went."""
     for ours, theirs in (
         ((1, 0, 0), (0, 0, -1)),  # right stays right: the course's third number is -x
         ((0, 0, 1), (-1, 0, 0)),  # up is its y: the first is -y
@@ -282,7 +282,7 @@ def test_pictures_are_refused(tmp_path):
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
 def test_broken_numbers_are_not_written(tmp_path, bad):
-    """Nothing is left behind that nobody can read."""
+    """Nothing is left behind that cannot be read."""
     light, transport = some_light(), some_transport()
     light[4, 1] = transport[4, 1] = bad
     with pytest.raises(InterchangeError, match=r"light\.txt cannot hold NaN"):

@@ -101,7 +101,7 @@ def test_geometry_nodes_that_leave_instances_alone(blender, part, scene, floor, 
 
 
 def test_hair_of_particles_is_named(blender, part, scene, floor, stage):
-    """It renders as strands, which nothing but a render knows: no shadow, and a sentence."""
+    """It renders as strands, which nothing but a render has: no shadow, and a sentence."""
     emitter = stage.object_of("Emitter", stage.grid(1, 0.5), location=(0, 0, 5))
     settings = emitter.modifiers.new("Hair", "PARTICLE_SYSTEM").particle_system.settings
     settings.type, settings.count = "HAIR", 10

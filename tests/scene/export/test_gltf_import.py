@@ -9,7 +9,7 @@ from tests.web.views import relative_rms
 
 
 def matte(blender, name, colour):
-    """What glTF knows, without gloss: that mirrors the sky itself, which no coefficients hold."""
+    """What glTF can hold, without gloss: that mirrors the sky itself, which no coefficients hold."""
     from headless import use_nodes
 
     material = blender.data.materials.new(name)

@@ -83,7 +83,7 @@ def test_the_page_holds_the_light_the_sky_and_the_camera(scene, part, ball, expo
 
 
 def test_blender_reads_its_skies(blender, stage, ball, export, tmp_path):
-    """Its own, to the rounding of .hdr; and those that Blender ships, if they are asked for."""
+    """Its own, to the rounding of .hdr; and those that Blender ships, if they are chosen."""
     page = export(skies={"night", "city"})
     assert [sky["name"] for sky in page.description["skies"]] == ["Six Colours", "City", "Night"]
     path = tmp_path / "sky.hdr"

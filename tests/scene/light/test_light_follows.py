@@ -25,7 +25,7 @@ def node_of(world, kind):
 
 
 def constant(stage, radiance, name="Constant"):
-    """A picture of one radiance: its light tells which one was projected."""
+    """A picture of one radiance: its light shows which one was projected."""
     return stage.picture(name, np.full((4, 8, 3), radiance))
 
 
@@ -194,7 +194,7 @@ def test_it_is_said_what_is_followed(part, scene, stage, kind):
     assert sky.texture is None and SAID[kind] in sky.following
 
 
-def test_camera_is_not_asked(blender, scene, stage, light):
+def test_what_the_camera_sees_does_not_count(blender, scene, stage, light):
     """A world that shows the camera something else lights the scene with what the others see; within groups, too."""
     world, _ = stage.environment(constant(stage, 1.0))
     tree = world.node_tree
@@ -277,7 +277,7 @@ def test_a_sun_turns_the_light(blender, part, scene, stage, light, state):
         np.testing.assert_array_equal(light.read_light(world), stored)
         turned = light.shown_light(world)
         unfollowed = part("sky").read_sky(scene)
-        object.__setattr__(unfollowed, "sun", None)  # Cycles is asked for the sky as it is turned
+        object.__setattr__(unfollowed, "sun", None)  # Cycles renders the sky as it is turned
         truth = part("projection").project(unfollowed, part("projection").LightSettings()).light
         np.testing.assert_allclose(turned, truth, atol=5e-3 * np.abs(truth).max())
     sky.sun_rotation = 0.0
@@ -325,7 +325,7 @@ def test_auto_inserts_no_nodes(blender, scene, stage, state):
     count = len(tree.nodes)
     blender.context.view_layer.update()
     assert len(tree.nodes) == count and not state().stale
-    assert ["Project World" in told for told in state().not_followed] == [True]
+    assert ["Project World" in sentence for sentence in state().not_followed] == [True]
     blender.ops.prt.project_light()
     assert len(tree.nodes) == count + 2 and not state().stale and not state().not_followed
 

@@ -11,7 +11,7 @@ SAMPLES = 64  # per pixel of the rendered spheres, where one sun in a pixel is m
 
 @pytest.fixture
 def sphere_camera(scene, stage, tmp_path):
-    """Renders the world all around: (N, 3) radiance. What a pixel sees, and of how much, Blender tells, too."""
+    """Renders the world all around: (N, 3) radiance. What a pixel sees, and of how much, Blender renders, too."""
     import bpy
 
     camera = bpy.data.objects.new("Sphere", bpy.data.cameras.new("Sphere"))
