@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from typing import Any, ClassVar, TypeVar
+from typing import Any, TypeVar
 
 import bpy
 
@@ -54,7 +54,7 @@ class _Reader(bpy.types.RenderEngine):
     bl_idname = _ENGINE
     bl_label = "PRT Reader"
 
-    reading: ClassVar[_Reading]
+    reading: _Reading  # no ClassVar: registering evaluates it, and typing would remember what it was of
     """Here for as long as it is registered: Blender makes the engine, and gives it nothing but the depsgraph."""
 
     def render(self, depsgraph: bpy.types.Depsgraph) -> None:
