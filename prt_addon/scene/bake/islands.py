@@ -56,6 +56,7 @@ def first_groups(objects: Sequence[tuple[Read, bool]], others: Sequence[Read]) -
 
     Args:
         objects: each with whether it stays.
+        others: all else that blocks light.
     """
     staying, moving = ([read for read, stays in objects if stays is wanted] for wanted in (True, False))
     starts = _starts(len(read.groups) for read in (*staying, *others, *moving)).tolist()

@@ -84,6 +84,8 @@ def hang(ob: bpy.types.Object, geometry: Geometry, domain: Domain, with_backs: b
     Call `sweep` when all objects have theirs.
 
     Args:
+        ob: the object.
+        geometry: of the carrier.
         domain: of the layers.
         with_backs: whether those of backs are among them.
 

@@ -289,6 +289,7 @@ def _add_to_material(material: bpy.types.Material, two_sided: bool) -> list[Noti
     """Add our nodes; returns what there is to say about it.
 
     Args:
+        material: that has none of our nodes.
         two_sided: whether meshes that show it have backs with transport of their own.
     """
     if not has_surface(material):

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Backs of faces receive light and return it, as in Cycles: a sheet is shown as well as the same thing with two walls.
 
-The sky holds nothing beyond order 2. What is left to differ is told by a sheet of some thickness, whose walls show fronts alone.
+The sky holds nothing beyond order 2. What is left to differ is shown by a sheet of some thickness, whose walls show fronts alone.
 """
 
 from math import radians
