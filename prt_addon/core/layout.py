@@ -19,8 +19,8 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
+from .arrays import Float32
 from .sphere import sh
 
 LAYERS = tuple(f"_PRT_{i}" for i in range(sh.coefficient_count(sh.ORDER)))
@@ -46,8 +46,6 @@ OWN_AXES_BELOW = -1.5
 
 _OF_NO_LIGHT = 1.0, 1.0, 1.0
 """Share and colour where no light arrives: neighbours are drawn towards them."""
-
-Float32 = npt.NDArray[np.float32]
 
 
 def packed(index: int, transport: Float32, direct: Float32, space: Space) -> Float32:

@@ -11,11 +11,10 @@ from typing import Any, Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
+from .arrays import Float64
 from .files import digest
 from .monitor import Work
 from .surface import Albedo, Opacity
-
-Float64 = npt.NDArray[np.float64]
 
 Mode = Literal["UNSHADOWED", "SHADOWED", "INTERREFLECTED"]
 

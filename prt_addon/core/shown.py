@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-Float64 = npt.NDArray[np.float64]
+from .arrays import Float64
 
 
 def shown(transport: npt.NDArray[np.floating[Any]], light: Float64) -> Float64:

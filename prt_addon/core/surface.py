@@ -14,10 +14,8 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from .arrays import Float32, Ints
 from .sphere.directions import hash_fraction
-
-Float32 = npt.NDArray[np.float32]
-Ints = npt.NDArray[np.integer[Any]]
 
 _DIRECTION_STEPS = 1 << 12
 """Of each component of a ray's direction: from a receiver that sends 2^17 rays, neighbours differ by eight."""

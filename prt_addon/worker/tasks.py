@@ -6,9 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-import numpy.typing as npt
-
+from ..core.arrays import Float64
 from ..core.bake import bake as core_bake
 from ..core.bake import estimate as core_estimate
 from ..core.bake.bake import BakeResult
@@ -23,8 +21,6 @@ from ..core.report.findings import Effort, Findings, find
 from ..core.report.heat import receiver_errors
 from ..core.report.subject import Lighting, Subject
 from ..core.workers import uncounted
-
-Float64 = npt.NDArray[np.float64]
 
 
 def bake(problem: BakeProblem, run: Run) -> BakeResult:

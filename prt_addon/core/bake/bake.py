@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arrays import Float32
 from ..monitor import Work
 from ..notices import Notice
 from ..problem import BakeProblem, BakeSettings, Island, Occluders
@@ -18,8 +18,6 @@ from ..transport.inside import MendedGather
 from .run import DEFAULT_RUN, Run
 from .shards import Shard
 from .trace import Caster, Traced, check_finite, trace_island
-
-Float32 = npt.NDArray[np.float32]
 
 
 @dataclass(frozen=True)

@@ -20,8 +20,8 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arrays import Float32
 from ..errors import ShardError
 from ..files import digest
 from ..problem import BOUNCING, TraceKey
@@ -31,8 +31,6 @@ from .piece_file import PieceFile, read_header, read_piece, write_piece
 _SUFFIX = ".npz"
 _MADE_WITH = "numpy"  # in the header: the version of what may round otherwise
 _ANY_CORNER = 1 << 32  # as many as a hit can name
-
-Float32 = npt.NDArray[np.float32]
 
 
 @dataclass(frozen=True)

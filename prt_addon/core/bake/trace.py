@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import Float32
 from ..errors import MeshError
 from ..monitor import Work
 from ..notices import Kind, Notice
@@ -23,8 +24,6 @@ from ..transport.raycast import RayScene
 from ..workers import uncounted
 from .run import DEFAULT_RUN, Run
 from .shards import Piece, cut
-
-Float32 = npt.NDArray[np.float32]
 
 RAYS_IN_A_PIECE = 1 << 24
 """At most 128 MiB of hits."""

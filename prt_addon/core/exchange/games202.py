@@ -17,15 +17,14 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arrays import Float64
 from ..errors import PRTError
 from ..files import written
 from ..sky.cube_map import Y_UP_TO_Z_UP
 from ..sphere import sh
 from ..sphere.rotation import rotation_matrix
 
-Array = npt.NDArray[np.float64]
 Flavour = Literal["RADIANCE", "IRRADIANCE"]
 """What a transport row holds of an open receiver: 0.2821 first (radiance, ours), or 0.8862 (without the 1/pi)."""
 
@@ -40,7 +39,7 @@ class InterchangeError(PRTError):
 
 
 @cache
-def course_matrix(order: int = sh.ORDER) -> Array:
+def course_matrix(order: int = sh.ORDER) -> Float64:
     """The matrix C that takes coefficients of the course's convention into ours, and ours into the course's.
 
     First the Condon-Shortley sign, `(-1)**m`, then the quarter turn that takes y up to z up, as an SH rotation. The sign
@@ -64,7 +63,7 @@ def course_matrix(order: int = sh.ORDER) -> Array:
     return matrix + 0.0  # no negative zeros
 
 
-def write_light(path: Path, light: Array) -> None:
+def write_light(path: Path, light: Float64) -> None:
     """Write `light.txt`.
 
     Args:
@@ -80,7 +79,7 @@ def write_light(path: Path, light: Array) -> None:
         _write(temporary, rows)
 
 
-def read_light(path: Path) -> Array:
+def read_light(path: Path) -> Float64:
     """Read `light.txt`: (9, 3) radiance, our convention.
 
     Raises:
@@ -93,7 +92,7 @@ def read_light(path: Path) -> Array:
     return course_matrix() @ rows
 
 
-def write_transport(path: Path, transport: Array, vertex_count: int) -> None:
+def write_transport(path: Path, transport: Float64, vertex_count: int) -> None:
     """Write `transport.txt`.
 
     Args:
@@ -110,7 +109,7 @@ def write_transport(path: Path, transport: Array, vertex_count: int) -> None:
         _write(temporary, rows, header=str(vertex_count))
 
 
-def write_both(light_path: Path, light: Array, transport_path: Path, transport: Array, vertex_count: int) -> None:
+def write_both(light_path: Path, light: Float64, transport_path: Path, transport: Float64, vertex_count: int) -> None:
     """Write both files as one: whatever happens, they belong together. Arguments and errors as those of either."""
     light_rows, transport_rows = _course_rows(light_path, light.T).T, _course_rows(transport_path, transport)
     with written(light_path, transport_path) as (for_light, for_transport):
@@ -118,7 +117,7 @@ def write_both(light_path: Path, light: Array, transport_path: Path, transport: 
         _write(for_transport, transport_rows, header=str(vertex_count))
 
 
-def read_transport(path: Path, corner_count: int) -> tuple[Array, Flavour]:
+def read_transport(path: Path, corner_count: int) -> tuple[Float64, Flavour]:
     """Read `transport.txt`, in either of the scales that are in circulation.
 
     Nothing a white receiver sends out exceeds what an open one does, 0.2821, under any number of bounces; without the
@@ -155,7 +154,7 @@ def read_transport(path: Path, corner_count: int) -> tuple[Array, Flavour]:
     return (ours / np.pi, "IRRADIANCE") if irradiance else (ours, "RADIANCE")
 
 
-def _course_rows(path: Path, rows: Array) -> Array:
+def _course_rows(path: Path, rows: Float64) -> Float64:
     """Vectors (n, 9) of ours in the course's convention, fit to be printed.
 
     What lies thirteen digits below the largest number of a vector is rounding of the change of axes: it is cleared, or
@@ -169,7 +168,7 @@ def _course_rows(path: Path, rows: Array) -> Array:
     return np.rint(theirs / unit) * unit + 0.0  # no -0
 
 
-def _write(path: Path, rows: Array, header: str = "") -> None:
+def _write(path: Path, rows: Float64, header: str = "") -> None:
     """Six significant digits, space separated, as the course's own C++ prints them."""
     with path.open("w", encoding="ascii", newline="\n") as file:
         np.savetxt(file, rows, fmt="%.6g", header=header, comments="")
@@ -185,7 +184,7 @@ def _numbered_lines(path: Path) -> list[tuple[int, str]]:
     return [(number, line) for number, line in lines if line.strip()]
 
 
-def _parse(path: Path, lines: list[tuple[int, str]], columns: int) -> Array:
+def _parse(path: Path, lines: list[tuple[int, str]], columns: int) -> Float64:
     """(rows, columns) float64, finite; the first line that is anything else is named."""
     if not lines:
         return np.empty((0, columns))

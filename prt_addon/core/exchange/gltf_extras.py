@@ -7,14 +7,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arrays import Float64
 from ..errors import PRTError, VersionError
 from ..layout import LAYERS
 from ..sky.lamps import Lamp, Lamps
 from ..sphere import sh
-
-Array = npt.NDArray[np.float64]
 
 EXTRAS = "prt_relight"
 """Key in the extras of a scene, and of a primitive whose layers are rounded."""
@@ -41,14 +39,14 @@ class SceneLight:
         strength: of the sky.
     """
 
-    light: Array
-    lamps: Array
+    light: Float64
+    lamps: Float64
     suns: Lamps
-    turn: Array
+    turn: Float64
     strength: float
 
 
-def to_extras(layout: int, axes: Array, light: SceneLight | None) -> dict[str, Any]:
+def to_extras(layout: int, axes: Float64, light: SceneLight | None) -> dict[str, Any]:
     """Extras as plain data.
 
     Args:
@@ -134,7 +132,7 @@ def _suns(rows: Any) -> Lamps:
     return Lamps(tuple(lamps), (red, green, blue))
 
 
-def _numbers(holder: dict[str, Any], name: str, shape: tuple[int, ...]) -> Array:
+def _numbers(holder: dict[str, Any], name: str, shape: tuple[int, ...]) -> Float64:
     """An entry as an array of finite numbers of a shape."""
     try:
         found = np.array(holder[name], dtype=np.float64)

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-Float32 = npt.NDArray[np.float32]
+from ..arrays import Float32
 
 _LITERAL = 128  # bytes in a row that are written as they are, at most
 

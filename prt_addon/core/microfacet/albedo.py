@@ -13,10 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import Float64
 from .fresnel import grazing_share
 from .ggx import alpha_of, masking_shadowing, single_scattering, smith_lambda
-
-Array = npt.NDArray[np.float64]
 
 _POINTS = 128
 """Nodes of the quadrature per axis: E is right to 1.5e-4 for any roughness and angle, against 2000 nodes."""
@@ -26,11 +25,11 @@ _POINTS = 128
 class DirectionalAlbedo:
     """What rough mirrors return: `scale * F0 + bias`. Arrays of one shape, each in [0, 1]."""
 
-    scale: Array
-    bias: Array
+    scale: Float64
+    bias: Float64
 
     @property
-    def white(self) -> Array:
+    def white(self) -> Float64:
         """The albedo of perfect mirrors, F0 = 1."""
         return self.scale + self.bias
 
@@ -44,7 +43,7 @@ class SampledMean:
     variance: float
 
     @classmethod
-    def of(cls, samples: Array) -> SampledMean:
+    def of(cls, samples: Float64) -> SampledMean:
         """The mean of (S,) independent samples, S > 1."""
         variance = float(samples.var(ddof=1))
         return cls(float(samples.mean()), float(np.sqrt(variance / len(samples))), variance)
@@ -107,7 +106,7 @@ def by_quadrature(mu: npt.ArrayLike, roughness: npt.ArrayLike, points: int = _PO
     return DirectionalAlbedo(*found)
 
 
-def _visible(mu: float, alpha: float, along: Array, azimuth: Array) -> tuple[Array, Array]:
+def _visible(mu: float, alpha: float, along: Float64, azimuth: Float64) -> tuple[Float64, Float64]:
     """What visible facets return, and their `(1 - cos)**5`: the mean of their product with F is the albedo.
 
     Seen from one direction, the facets of GGX are the points of a stretched hemisphere, and the mirrored rays of a
@@ -139,13 +138,13 @@ def _check(mu: npt.ArrayLike, roughness: npt.ArrayLike) -> None:
             raise ValueError(f"{name} has to be in (0, 1]")
 
 
-def _direction(cosine: Array, azimuth: Array) -> Array:
+def _direction(cosine: Float64, azimuth: Float64) -> Float64:
     """(..., 3) unit vectors at a cosine from +z; shapes broadcast."""
     cosine, azimuth = np.broadcast_arrays(cosine, azimuth)
     radius = np.sqrt(np.maximum(1.0 - cosine**2, 0.0))
     return np.stack([radius * np.cos(azimuth), radius * np.sin(azimuth), cosine], axis=-1)
 
 
-def _outgoing(mu: float) -> Array:
+def _outgoing(mu: float) -> Float64:
     """(3,) the direction at a cosine; its azimuth makes no difference."""
     return _direction(np.asarray(mu), np.asarray(0.0))

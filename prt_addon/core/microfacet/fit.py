@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from ..arrays import Float64
 
 ALBEDO = (
     (0.4271, 2.3523, -3.2493, 1.6875, -0.2503),
@@ -26,18 +26,18 @@ AVERAGE = (0.9999, -0.018, 0.3542, -2.2392, 1.315)
 """Of `roughness**j`: E_avg within .003."""
 
 
-def albedo(mu: npt.ArrayLike, roughness: npt.ArrayLike) -> Array:
+def albedo(mu: npt.ArrayLike, roughness: npt.ArrayLike) -> Float64:
     """E of cosines in (0, 1] and a roughness in [0, 1]; shapes broadcast."""
     mu, roughness = np.broadcast_arrays(np.asarray(mu, dtype=np.float64), np.asarray(roughness, dtype=np.float64))
     return _polynomial(mu / (mu + roughness**2), [_polynomial(roughness, row) for row in ALBEDO])
 
 
-def average(roughness: npt.ArrayLike) -> Array:
+def average(roughness: npt.ArrayLike) -> Float64:
     """E_avg of a roughness in [0, 1]."""
     return _polynomial(np.asarray(roughness, dtype=np.float64), AVERAGE)
 
 
-def _polynomial(x: Array, coefficients: Sequence[float | Array]) -> Array:
+def _polynomial(x: Float64, coefficients: Sequence[float | Float64]) -> Float64:
     """`c0 + c1 x + c2 x**2 ...`, by Horner's rule."""
     value = np.zeros_like(x)
     for coefficient in reversed(coefficients):

@@ -11,15 +11,15 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from ..arrays import Float64
 
 
-def alpha_of(roughness: npt.ArrayLike) -> Array:
+def alpha_of(roughness: npt.ArrayLike) -> Float64:
     """The width of the distribution: the square of the roughness in [0, 1] that artists set (Burley 2012)."""
     return np.square(np.asarray(roughness, dtype=np.float64))
 
 
-def distribution(cos_half: npt.ArrayLike, alpha: npt.ArrayLike) -> Array:
+def distribution(cos_half: npt.ArrayLike, alpha: npt.ArrayLike) -> Float64:
     """D: the area of facets per area of the surface and solid angle of their normal, in 1/sr.
 
     Args:
@@ -30,18 +30,18 @@ def distribution(cos_half: npt.ArrayLike, alpha: npt.ArrayLike) -> Array:
     return square / (np.pi * np.square(np.square(cos_half) * (square - 1.0) + 1.0))
 
 
-def smith_lambda(cosine: npt.ArrayLike, alpha: npt.ArrayLike) -> Array:
+def smith_lambda(cosine: npt.ArrayLike, alpha: npt.ArrayLike) -> Float64:
     """Lambda: the area of facets that are hidden from a direction, per visible area; cosine in (0, 1]."""
     square = np.square(cosine)
     return (np.sqrt(1.0 + np.square(alpha) * (1.0 - square) / square) - 1.0) / 2.0
 
 
-def masking_shadowing(cos_out: npt.ArrayLike, cos_in: npt.ArrayLike, alpha: npt.ArrayLike) -> Array:
+def masking_shadowing(cos_out: npt.ArrayLike, cos_in: npt.ArrayLike, alpha: npt.ArrayLike) -> Float64:
     """G: the share of facets that both directions see, in [0, 1]; cosines in (0, 1]."""
     return 1.0 / (1.0 + smith_lambda(cos_out, alpha) + smith_lambda(cos_in, alpha))
 
 
-def single_scattering(outgoing: Array, incoming: Array, alpha: npt.ArrayLike) -> Array:
+def single_scattering(outgoing: Float64, incoming: Float64, alpha: npt.ArrayLike) -> Float64:
     """The BRDF of perfect mirrors that light meets once, `D G / (4 cos_out cos_in)`, in 1/sr.
 
     Args:

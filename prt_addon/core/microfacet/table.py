@@ -9,9 +9,8 @@ from functools import cache
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import Float64
 from .albedo import DirectionalAlbedo, by_quadrature
-
-Array = npt.NDArray[np.float64]
 
 SIZE = 33
 
@@ -28,9 +27,9 @@ class EnergyTable:
         average: (N,) E_avg at each roughness.
     """
 
-    steps: Array
+    steps: Float64
     albedo: DirectionalAlbedo
-    average: Array
+    average: Float64
 
     def at(self, mu: npt.ArrayLike, roughness: npt.ArrayLike) -> DirectionalAlbedo:
         """Interpolate E linearly in both arguments, both in [0, 1]; shapes broadcast."""
@@ -38,17 +37,17 @@ class EnergyTable:
             *(self._read(values, roughness, mu) for values in (self.albedo.scale, self.albedo.bias))
         )
 
-    def average_at(self, roughness: float | Array) -> Array:
+    def average_at(self, roughness: float | Float64) -> Float64:
         """Interpolate E_avg linearly."""
         return np.interp(roughness, self.steps, self.average)
 
-    def _read(self, values: Array, row: npt.ArrayLike, column: npt.ArrayLike) -> Array:
+    def _read(self, values: Float64, row: npt.ArrayLike, column: npt.ArrayLike) -> Float64:
         (top, down), (left, across) = self._cell(row), self._cell(column)
         above = values[top, left] * (1.0 - across) + values[top, left + 1] * across
         below = values[top + 1, left] * (1.0 - across) + values[top + 1, left + 1] * across
         return above * (1.0 - down) + below * down
 
-    def _cell(self, value: npt.ArrayLike) -> tuple[npt.NDArray[np.int64], Array]:
+    def _cell(self, value: npt.ArrayLike) -> tuple[npt.NDArray[np.int64], Float64]:
         """The step before a value, and how far on the value is to the next."""
         last = len(self.steps) - 1
         place = np.clip(np.asarray(value, dtype=np.float64), 0.0, 1.0) * last
@@ -67,7 +66,7 @@ def energy_table(size: int = SIZE) -> EnergyTable:
     return EnergyTable(steps, by_quadrature(values, values[:, None]), average_albedo(values))
 
 
-def average_albedo(roughness: npt.ArrayLike) -> Array:
+def average_albedo(roughness: npt.ArrayLike) -> Float64:
     """E_avg, the integral of `2 mu E(mu)` over mu: what rough mirrors return of light from everywhere."""
     nodes, weights = np.polynomial.legendre.leggauss(24)  # type: ignore[no-untyped-call]
     mu = (nodes + 1.0) / 2.0

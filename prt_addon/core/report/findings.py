@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import Float64
 from ..sphere import sh
 from ..workers import ALL_CORES, Workers
 from .fresh import fresh_transport
@@ -15,8 +16,6 @@ from .measures import CONVERGED, reference_interval
 from .path_tracer import trace_light
 from .points import SurfacePoints, areas, scatter
 from .subject import ORDERS, Lighting, Subject, clamped, dot
-
-Float64 = npt.NDArray[np.float64]
 
 INSIDE = 0.9
 """Share of the rays that end on backs of faces, from which on a point lies in the midst of other geometry."""

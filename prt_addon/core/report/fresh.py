@@ -13,16 +13,14 @@ what is left is that of the receiver's own rays.
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arrays import Float32
 from ..problem import BakeSettings
 from ..transport.direct import Receivers, shadowed, unshadowed
 from ..transport.gather import Gather
 from ..transport.hits import PackedHits, corners, trace
 from ..workers import ALL_CORES, Workers
 from .subject import Scenery, Subject
-
-Float32 = npt.NDArray[np.float32]
 
 _ROUGHLY = 16  # rays per receiver that is not baked, where light bounces off it
 

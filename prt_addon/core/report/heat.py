@@ -4,14 +4,12 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arrays import Float64
 from ..workers import ALL_CORES, Workers
 from .findings import INSIDE
 from .path_tracer import trace_light
 from .subject import Lighting, Subject, clamped, dot
-
-Float64 = npt.NDArray[np.float64]
 
 PATHS = 128
 """Per receiver: leaves a few percent of noise, which a map may show."""

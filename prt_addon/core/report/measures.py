@@ -15,9 +15,8 @@ from dataclasses import dataclass
 from math import isfinite, nan, sqrt
 
 import numpy as np
-import numpy.typing as npt
 
-Float64 = npt.NDArray[np.float64]
+from ..arrays import Float64
 
 CONVERGED = 0.02
 """Half the 95 % interval of a truth that is good enough to judge by, as a share of its RMS."""

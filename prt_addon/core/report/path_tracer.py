@@ -17,6 +17,7 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import Bools, Float64, Int64
 from ..monitor import Work
 from ..sky.sampler import Skylight
 from ..sphere import sh
@@ -25,10 +26,6 @@ from ..surface import Albedo
 from ..transport.direct import Receivers
 from ..transport.raycast import RayScene
 from ..workers import ALL_CORES, Workers
-
-Float64 = npt.NDArray[np.float64]
-Int64 = npt.NDArray[np.int64]
-Bools = npt.NDArray[np.bool_]
 
 _PATHS_AT_A_TIME = 1 << 15  # fixed: the random numbers belong to the chunk
 _GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0

@@ -6,13 +6,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arrays import Bools, Float32, Float64
 from .measures import TWO_SIDED_95, Estimate, percentile, product, ratio_of_means, relative_rms
-
-Float32 = npt.NDArray[np.float32]
-Float64 = npt.NDArray[np.float64]
-Bools = npt.NDArray[np.bool_]
 
 _OPAQUE = 0.99
 

@@ -6,12 +6,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arrays import Float64
 from .findings import Findings
 from .measures import product
-
-Float64 = npt.NDArray[np.float64]
 
 Squares = Callable[[Findings], Float64]
 """Estimates of the squared error at the points of a finding: (n,) at all, or (m,) at those that were baked afresh."""

@@ -12,13 +12,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arrays import Float64
 from .findings import Findings
 from .measures import Estimate, product, relative_rms
 from .pool import pooled
-
-Float64 = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

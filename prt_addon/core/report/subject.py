@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import Float32, Float64, Int64
 from ..problem import BakeSettings, Occluders, ReceiverGroup
 from ..sky.projection import project_equirect
 from ..sky.sampler import Skylight
@@ -20,10 +21,6 @@ from ..transport.inside import Surroundings
 from ..transport.raycast import RayScene
 from .path_tracer import Bounces
 from .suns import Suns, find_suns
-
-Float32 = npt.NDArray[np.float32]
-Float64 = npt.NDArray[np.float64]
-Int64 = npt.NDArray[np.int64]
 
 ORDERS = (1, 2, 3, 4, 5, 6)
 """Whose truncation a report measures."""

@@ -6,11 +6,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arrays import Float32
 from ..sphere.equirect import solid_angles
-
-Float32 = npt.NDArray[np.float32]
 
 BRIGHTNESS = 1000.0
 """Times the sky's mean: the sun is above, a window, a lamp shade or a lit cloud is below."""

@@ -14,6 +14,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import Float64
 from ..errors import PictureError
 from ..sphere import sh
 from ..sphere.equirect import texel_directions
@@ -21,7 +22,6 @@ from ..sphere.rotation import rotation_matrix
 from ..workers import IN_LINE
 from .projection import project_equirect, srgb_to_linear
 
-Array = npt.NDArray[np.float64]
 Picture = npt.NDArray[np.float32]
 CubeFaces = Mapping[str, Picture] | Sequence[Picture]
 Table = Literal["OPENGL", "GAMES202"]
@@ -68,7 +68,7 @@ def decode(encoded: npt.NDArray[np.uint8] | Picture, table: Table = "OPENGL") ->
     return values ** np.float32(2.2) if table == "GAMES202" else srgb_to_linear(values)
 
 
-def face_solid_angles(size: int, rows: slice = slice(None)) -> Array:
+def face_solid_angles(size: int, rows: slice = slice(None)) -> Float64:
     """Exact solid angle, in steradian, of the texels of a face; the six faces sum to 4pi.
 
     The area of the rectangle from the middle of a face to (u, v) is `atan2(u v, sqrt(u**2 + v**2 + 1))`; a texel is
@@ -87,7 +87,7 @@ def face_solid_angles(size: int, rows: slice = slice(None)) -> Array:
     return np.diff(np.diff(np.arctan2(u * v, np.sqrt(u * u + v * v + 1.0)), axis=0), axis=1)
 
 
-def project_cubemap(faces: CubeFaces, table: Table = "OPENGL", order: int = sh.ORDER) -> Array:
+def project_cubemap(faces: CubeFaces, table: Table = "OPENGL", order: int = sh.ORDER) -> Float64:
     """Project a cube map, every texel, onto spherical harmonics.
 
     Texels weigh their exact solid angle and stand at their middle, which leaves an error of 1 / N**2. All faces share
@@ -154,7 +154,7 @@ def to_equirect(faces: CubeFaces, table: Table = "OPENGL", height: int | None = 
     return picture
 
 
-def with_light(picture: Picture, light: Array) -> Picture:
+def with_light(picture: Picture, light: Float64) -> Picture:
     """Change an equirectangular picture, as little as it takes, so that it projects, interpolated, to a given light.
 
     What resampling did to a picture is put right where it went wrong: the error of a texel is in proportion to its
@@ -174,7 +174,7 @@ def with_light(picture: Picture, light: Array) -> Picture:
     return picture
 
 
-def _corrected(picture: Picture, lacking: Array, power: int) -> Picture:
+def _corrected(picture: Picture, lacking: Float64, power: int) -> Picture:
     """The picture p plus `p**power sum c_i Y_i(w)`, whose light is `lacking` (9, 3)."""
     scale = np.abs(picture).max(axis=(0, 1)) + np.float32(1e-30)  # powers of suns overflow
     moments = project_equirect((picture / scale) ** power, 2 * sh.ORDER)
@@ -193,7 +193,7 @@ def _corrected(picture: Picture, lacking: Array, power: int) -> Picture:
 
 
 @cache
-def _triple_products() -> Array:
+def _triple_products() -> Float64:
     """(9, 9, 25) integrals of Y_i Y_j Y_k over the sphere; exact, by a product rule for polynomials of degree 9."""
     z, weight = np.polynomial.legendre.leggauss(5)  # type: ignore[no-untyped-call]
     azimuth = np.pi * (np.arange(10) + 0.5) / 5.0
@@ -237,13 +237,13 @@ def _checked(faces: CubeFaces) -> list[Picture]:
     return [faces[name] for name in FACES]
 
 
-def _local_directions(column: npt.ArrayLike, row: npt.ArrayLike, size: int) -> Array:
+def _local_directions(column: npt.ArrayLike, row: npt.ArrayLike, size: int) -> Float64:
     """Towards texels, in the frame of their face: (u, v, 1), not of unit length."""
     u, v = ((2.0 * np.asarray(index) + 1.0) / size - 1.0 for index in (column, row))
     return np.stack(np.broadcast_arrays(u, v, 1.0), axis=-1)
 
 
-def _locate(directions: Array, frames: Array, size: int) -> tuple[npt.NDArray[np.intp], Array, Array]:
+def _locate(directions: Float64, frames: Float64, size: int) -> tuple[npt.NDArray[np.intp], Float64, Float64]:
     """Face, column and row that directions (n, 3) hit; whole numbers are the middles of texels."""
     face = np.argmax(directions @ frames[:, 2].T, axis=1)
     column, row = np.empty(len(face)), np.empty(len(face))
@@ -254,7 +254,7 @@ def _locate(directions: Array, frames: Array, size: int) -> tuple[npt.NDArray[np
     return face, column, row
 
 
-def _with_border(pictures: list[Picture], frames: Array) -> Picture:
+def _with_border(pictures: list[Picture], frames: Float64) -> Picture:
     """(6, N + 2, N + 2, 3): the faces, each with a border of its neighbours' nearest texels."""
     size = len(pictures[0])
     bordered = np.empty((len(FACES), size + 2, size + 2, 3), dtype=np.float32)
@@ -270,7 +270,7 @@ def _with_border(pictures: list[Picture], frames: Array) -> Picture:
     return bordered
 
 
-def _bilinear(pictures: Picture, frames: Array, directions: Array) -> Picture:
+def _bilinear(pictures: Picture, frames: Float64, directions: Float64) -> Picture:
     """Colours (n, 3) along directions (n, 3), of faces with a border."""
     width = pictures.shape[1]
     face, column, row = _locate(directions, frames, width - 2)

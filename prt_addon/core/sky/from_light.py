@@ -6,12 +6,11 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import Float32
 from ..sphere.equirect import solid_angles, texel_directions
 from .cube_map import with_light
 from .lamps import Lamps
 from .preview import light_picture
-
-Float32 = npt.NDArray[np.float32]
 
 
 def sky_of(light: npt.NDArray[np.float64], lamps: Lamps, height: int) -> Float32:

@@ -17,12 +17,10 @@ from math import pi
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import Float32, Float64
 from ..sphere import sh
 from ..sphere.equirect import directions_at, solid_angles, texels_along
 from .projection import project_equirect
-
-Array = npt.NDArray[np.float64]
-Float32 = npt.NDArray[np.float32]
 
 BRIGHT = 10.0
 """Times the sky's mean radiance, from which on a texel belongs to a spot, with all that it exceeds this by."""
@@ -48,7 +46,7 @@ class Lamp:
         radius: of the disc, in radians.
     """
 
-    direction: Array
+    direction: Float64
     irradiance: float
     radius: float
 
@@ -66,12 +64,12 @@ class Lamps:
     colour: tuple[float, float, float] = (1.0, 1.0, 1.0)
     share: float = 0.0
 
-    def light(self, order: int = sh.ORDER) -> Array:
+    def light(self, order: int = sh.ORDER) -> Float64:
         """((order + 1)**2,) the SH light of the lamps, before their colour."""
         parts = [lamp.irradiance * _disc(lamp, order) for lamp in self.lamps]
         return np.sum(parts, axis=0) if parts else np.zeros(sh.coefficient_count(order))
 
-    def coloured_light(self) -> Array:
+    def coloured_light(self) -> Float64:
         """(9, 3) the SH light of the lamps."""
         return np.multiply.outer(self.light(), self.colour)
 
@@ -141,12 +139,12 @@ class _Spots:
         whole: (3,) all light of the sky.
     """
 
-    directions: Array
-    excess: Array
-    whole: Array
+    directions: Float64
+    excess: Float64
+    whole: Float64
 
     @property
-    def flux(self) -> Array:
+    def flux(self) -> Float64:
         """(N,) mean of the channels."""
         return np.asarray(self.excess.mean(axis=-1))
 
@@ -177,11 +175,11 @@ def _bright_texels(picture: Float32) -> _Spots | None:
     return _Spots(directions, excess * ring[rows, None], whole).gathered(min(height, _CELLS))
 
 
-def _seeds(spots: _Spots, most: int) -> Array:
+def _seeds(spots: _Spots, most: int) -> Float64:
     """(at most `most`, 3) unit vectors: middles of spots, each where most light is left."""
     coarse = spots.gathered(_COARSE_CELLS)
     near = coarse.directions @ coarse.directions.T >= np.cos(_REACH)
-    left, seeds = coarse.flux.copy(), list[Array]()
+    left, seeds = coarse.flux.copy(), list[Float64]()
     while len(seeds) < most and left.max() > 0.0:
         seed = _mean(coarse.directions, np.where(near[np.argmax(near @ left)], left, 0.0))
         seeds.append(seed)
@@ -189,7 +187,7 @@ def _seeds(spots: _Spots, most: int) -> Array:
     return np.array(seeds)
 
 
-def _lamps(spots: _Spots, seeds: Array) -> Lamps:
+def _lamps(spots: _Spots, seeds: Float64) -> Lamps:
     """A lamp near each seed."""
     flux, middles = spots.flux, seeds
     for _ in range(_REFINEMENTS):
@@ -209,20 +207,20 @@ def _lamps(spots: _Spots, seeds: Array) -> Lamps:
     return Lamps(tuple(lamps), (float(red), float(green), float(blue)), float(taken.sum() / spots.whole.sum()))
 
 
-def _owners(directions: Array, middles: Array) -> npt.NDArray[np.int64]:
+def _owners(directions: Float64, middles: Float64) -> npt.NDArray[np.int64]:
     """(N,) the nearest middle of each direction, -1 where none is near."""
     cosines = directions @ middles.T
     nearest = cosines.argmax(axis=-1)
     return np.where(cosines.max(axis=-1) >= np.cos(_REACH), nearest, -1)
 
 
-def _mean(directions: Array, weights: Array) -> Array:
+def _mean(directions: Float64, weights: Float64) -> Float64:
     """Unit vector of a weighted mean."""
     mean = weights @ directions
     return np.asarray(mean / np.linalg.norm(mean))
 
 
-def _disc(lamp: Lamp, order: int) -> Array:
+def _disc(lamp: Lamp, order: int) -> Float64:
     """((order + 1)**2,) a disc of irradiance 1 in spherical harmonics.
 
     A zonal function scales band l by its own coefficient over that of a point: for a disc that is
@@ -252,7 +250,7 @@ def _fewest(picture: Float32, choices: Sequence[Lamps], enough: float) -> Lamps:
     return best
 
 
-def truncation(left: Array, whole: Array | None = None) -> float:
+def truncation(left: Float64, whole: Float64 | None = None) -> float:
     """What a light loses beyond order 2 where half of the sky is hidden, as a share of all that arrives there; RMS.
 
     The yardstick is a surface at the foot of a wall, turned in all ways: there a sharp light casts a sharp shadow, while in the
@@ -267,7 +265,7 @@ def truncation(left: Array, whole: Array | None = None) -> float:
     return float(np.sqrt(lost / everything)) if everything > 0.0 else 0.0
 
 
-def _arriving(light: Array) -> Array:
+def _arriving(light: Float64) -> Float64:
     """(order + 1,) mean square of what each band of a light sends to the foot of a wall."""
     order = sh.order_of(len(light))
     squares = (light**2).mean(axis=-1)

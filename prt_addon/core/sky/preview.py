@@ -6,16 +6,16 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import Float64
 from ..sphere import sh
 from ..sphere.equirect import solid_angles, texel_directions, texels_along
 
-Array = npt.NDArray[np.float64]
 Picture = npt.NDArray[np.float32]
 
 _ROWS_AT_A_TIME = 64
 
 
-def light_picture(light: Array, height: int) -> Picture:
+def light_picture(light: Float64, height: int) -> Picture:
     """The radiance that a light shows along each direction: what the projection kept.
 
     Args:
@@ -28,7 +28,7 @@ def light_picture(light: Array, height: int) -> Picture:
     return (sh.basis(texel_directions(height), sh.order_of(len(light))) @ light).astype(np.float32)
 
 
-def turned_picture(picture: Picture, turn: Array, height: int) -> Picture:
+def turned_picture(picture: Picture, turn: Float64, height: int) -> Picture:
     """Turn a picture as a turned world shows it: along w, it holds what it held along R w.
 
     Args:
@@ -45,7 +45,7 @@ def turned_picture(picture: Picture, turn: Array, height: int) -> Picture:
     return _box_averaged(found, height, 2 * height)
 
 
-def energy(picture: Picture | Array) -> float:
+def energy(picture: Picture | Float64) -> float:
     """The integral of the square over the sphere and all channels, as `windowing.energy_shares` wants it for a total.
 
     Args:

@@ -6,26 +6,25 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import Float64
 from ..errors import PictureError
 from ..sphere import sh
-
-Array = npt.NDArray[np.float64]
 
 _ROWS_AT_A_TIME = 64  # float64 copies stay small whatever the picture's size
 _BALL_SAMPLES = 512  # across a mirror ball at least: texels are cut for the share of the rim's that lies on the ball
 
 
-def _azimuths(width: int) -> Array:
+def _azimuths(width: int) -> Float64:
     return 2.0 * np.pi * (0.5 - (np.arange(width) + 0.5) / width)
 
 
-def _elevations(height: int) -> Array:
+def _elevations(height: int) -> Float64:
     return np.pi * ((np.arange(height) + 0.5) / height - 0.5)
 
 
 def project_equirect(
-    pixels: npt.NDArray[np.float32] | Array, order: int = sh.ORDER, interpolated: bool = False
-) -> Array:
+    pixels: npt.NDArray[np.float32] | Float64, order: int = sh.ORDER, interpolated: bool = False
+) -> Float64:
     """Project an equirectangular picture, every texel, onto spherical harmonics.
 
     A row shares its polar functions, so the azimuth is one matrix product per row and the cost per texel is
@@ -84,7 +83,7 @@ def without_broken(pixels: npt.NDArray[np.float32]) -> tuple[npt.NDArray[np.floa
     return pixels, count
 
 
-def project_mirror_ball(pixels: npt.NDArray[np.float32] | Array, order: int = sh.ORDER) -> Array:
+def project_mirror_ball(pixels: npt.NDArray[np.float32] | Float64, order: int = sh.ORDER) -> Float64:
     """Project a photograph of a mirror ball, every texel that shows the ball, onto spherical harmonics.
 
     The ball fills the picture and is seen along +y from afar, as Blender's Environment Texture has it: the normal at
@@ -113,7 +112,7 @@ def project_mirror_ball(pixels: npt.NDArray[np.float32] | Array, order: int = sh
     return light * (4.0 * np.pi / weight)  # the sampled disc's area, made exact
 
 
-def _ball_row(row: int, height: int, width: int, order: int) -> tuple[Array, Array]:
+def _ball_row(row: int, height: int, width: int, order: int) -> tuple[Float64, Float64]:
     """Of each texel of a row: harmonics, averaged over its part of the ball and scaled by that; and this share."""
     cuts = -(-_BALL_SAMPLES // min(height, width))
     inside = (np.arange(cuts) + 0.5) / cuts
@@ -128,14 +127,14 @@ def _ball_row(row: int, height: int, width: int, order: int) -> tuple[Array, Arr
     return harmonics.mean(axis=(1, 2)), on_ball.mean(axis=(1, 2))
 
 
-def _finite(texels: npt.NDArray[np.float32] | Array) -> Array:
+def _finite(texels: npt.NDArray[np.float32] | Float64) -> Float64:
     """Texels as float64."""
     if not np.isfinite(texels).all():
         raise PictureError("The sky holds NaN or infinite texels: repair the picture, or the nodes that make them.")
     return texels.astype(np.float64)
 
 
-def _azimuthal_integrals(width: int, order: int, interpolated: bool) -> Array:
+def _azimuthal_integrals(width: int, order: int, interpolated: bool) -> Float64:
     """(2 order + 1, width): cos(m phi), then sin(m phi), integrated over each column: a box, or a tent twice as wide."""
     azimuth, step = _azimuths(width), 2.0 * np.pi / width
     power = 2 if interpolated else 1  # a tent is a box, blurred by a box
@@ -144,7 +143,7 @@ def _azimuthal_integrals(width: int, order: int, interpolated: bool) -> Array:
     return np.stack(cosines + sines)
 
 
-def _polar_integrals(height: int, order: int, interpolated: bool) -> dict[tuple[int, int], Array]:
+def _polar_integrals(height: int, order: int, interpolated: bool) -> dict[tuple[int, int], Float64]:
     """For each (l, m), the polar part of Y_lm integrated over the solid angle of each row: (height,).
 
     Integrated, not sampled at the texel's centre: a constant sky is then exact at any resolution. By Gauss-Legendre

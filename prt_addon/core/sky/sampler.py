@@ -10,12 +10,9 @@ from copy import copy
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import Float32, Float64, Int64
 from ..errors import PictureError
 from ..sphere.equirect import row_edges, solid_angles, texels_along
-
-Float32 = npt.NDArray[np.float32]
-Float64 = npt.NDArray[np.float64]
-Int64 = npt.NDArray[np.int64]
 
 MAX_WIDTH = 2048
 """Of pictures as they are looked up: texels of 0.18 degrees, a third of the sun's disc. Wider ones are averaged down."""

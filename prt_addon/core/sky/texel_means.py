@@ -12,10 +12,9 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import Float32, Float64
 from ..sphere.equirect import directions_at, solid_angles
 
-Array = npt.NDArray[np.float64]
-Float32 = npt.NDArray[np.float32]
 Index = npt.NDArray[np.intp]
 Radiance = Callable[[Float32], Float32]
 """(N, 3) unit directions to (N, 3) linear radiance."""
@@ -83,7 +82,7 @@ def _steps(rows: Index, columns: Index, means: Float32, height: int) -> Float32:
     return steps
 
 
-def _worth_cutting(errors: Array, allowed: float) -> Index:
+def _worth_cutting(errors: Float64, allowed: float) -> Index:
     """The fewest texels, ascending, without which the others' errors add up (in squares) to what is allowed."""
     squares = (_MISSED * errors) ** 2
     order = np.argsort(squares, kind="stable")
@@ -91,6 +90,6 @@ def _worth_cutting(errors: Array, allowed: float) -> Index:
     return np.sort(order[max(fine, len(order) - _AT_ONCE) :])
 
 
-def _areas(rows: Index, height: int) -> Array:
+def _areas(rows: Index, height: int) -> Float64:
     """Solid angle of a texel in each of some rows, exactly."""
     return solid_angles(height, 2 * height)[rows]

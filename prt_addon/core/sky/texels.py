@@ -6,14 +6,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-import numpy as np
-import numpy.typing as npt
-
+from ..arrays import Float32, Float64
 from ..sphere import sh
 from .projection import project_equirect, project_mirror_ball, without_broken
 
-Array = npt.NDArray[np.float64]
-Float32 = npt.NDArray[np.float32]
 Layout = Literal["EQUIRECTANGULAR", "MIRROR_BALL"]
 """How a picture lies around the world, by the names of Blender's Environment Texture."""
 
@@ -57,7 +53,7 @@ class SkyTexels:
         height, width = self.pixels.shape[:2]
         return self.is_equirectangular and abs(width - 2 * height) > 1
 
-    def project(self, order: int = sh.ORDER) -> Array:
+    def project(self, order: int = sh.ORDER) -> Float64:
         """((order + 1)**2, 3) the SH light of all texels, `L_i = integral L(w) Y_i(w) dw`.
 
         Raises:

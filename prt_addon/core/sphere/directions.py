@@ -6,19 +6,19 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from ..arrays import Float64
 
 GOLDEN_ANGLE = np.pi * (3.0 - np.sqrt(5.0))
 
 
-def fibonacci_sphere(count: int) -> Array:
+def fibonacci_sphere(count: int) -> Float64:
     """(count, 3) unit vectors spread evenly over the sphere (Swinbank & Purser 2006)."""
     index = np.arange(count)
     z = 1.0 - (2.0 * index + 1.0) / count
     return _spiral(index, z)
 
 
-def cosine_fibonacci(count: int) -> Array:
+def cosine_fibonacci(count: int) -> Float64:
     """(count, 3) unit vectors over the hemisphere z > 0, their density proportional to the cosine.
 
     Under this density every ray weighs the same: the cosine and the 1/pi of a Lambertian receiver cancel
@@ -28,13 +28,13 @@ def cosine_fibonacci(count: int) -> Array:
     return _spiral(index, np.sqrt(1.0 - (index + 0.5) / count))
 
 
-def _spiral(index: npt.NDArray[np.int_], z: Array) -> Array:
+def _spiral(index: npt.NDArray[np.int_], z: Float64) -> Float64:
     radius = np.sqrt(np.maximum(0.0, 1.0 - z * z))
     azimuth = GOLDEN_ANGLE * index
     return np.stack([radius * np.cos(azimuth), radius * np.sin(azimuth), z], axis=-1)
 
 
-def random_azimuths(ids: npt.NDArray[np.int64], seed: int) -> Array:
+def random_azimuths(ids: npt.NDArray[np.int64], seed: int) -> Float64:
     """One angle in [0, 2pi) per receiver, a function of (seed, id) and of nothing else.
 
     It depends neither on the chunk, the thread nor the other receivers, so that bakes can be split and merged.
@@ -46,13 +46,13 @@ def random_azimuths(ids: npt.NDArray[np.int64], seed: int) -> Array:
     return _fraction(bits) * (2.0 * np.pi)
 
 
-def hash_fraction(codes: npt.NDArray[np.uint64]) -> Array:
+def hash_fraction(codes: npt.NDArray[np.uint64]) -> Float64:
     """(N,) a number in [0, 1) for each code (N,) uint64, by the same hash, run once."""
     with np.errstate(over="ignore"):
         return _fraction(_mix(codes * np.uint64(0x9E3779B97F4A7C15)))
 
 
-def _fraction(bits: npt.NDArray[np.uint64]) -> Array:
+def _fraction(bits: npt.NDArray[np.uint64]) -> Float64:
     return (bits >> np.uint64(11)).astype(np.float64) / (1 << 53)
 
 
@@ -63,7 +63,7 @@ def _mix(bits: npt.NDArray[np.uint64] | np.uint64) -> npt.NDArray[np.uint64]:
     return z ^ (z >> np.uint64(31))
 
 
-def tangent_frames(normals: Array, azimuths: Array) -> Array:
+def tangent_frames(normals: Float64, azimuths: Float64) -> Float64:
     """Right-handed frames about unit normals, turned by an azimuth.
 
     Duff et al. 2017, "Building an Orthonormal Basis, Revisited", listing 3.

@@ -12,11 +12,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from ..arrays import Float64
+
 Numbers = npt.NDArray[np.number[Any]]
 
 
-def directions_at(rows: Numbers, columns: Numbers, height: int) -> Array:
+def directions_at(rows: Numbers, columns: Numbers, height: int) -> Float64:
     """(..., 3) unit vectors towards places in a picture of `height` rows and twice as many columns.
 
     Args:
@@ -31,12 +32,12 @@ def directions_at(rows: Numbers, columns: Numbers, height: int) -> Array:
     return np.stack(np.broadcast_arrays(*parts), axis=-1)
 
 
-def texel_directions(height: int, rows: slice = slice(None)) -> Array:
+def texel_directions(height: int, rows: slice = slice(None)) -> Float64:
     """(rows, 2 * height, 3) unit vectors towards the middles of texels."""
     return directions_at(np.arange(height)[rows, None] + 0.5, np.arange(2 * height) + 0.5, height)
 
 
-def texels_along(directions: Array, height: int, width: int) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+def texels_along(directions: Float64, height: int, width: int) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
     """Row and column (...) of the texels that unit vectors (..., 3) point at, in a picture of any proportions."""
     x, y, z = np.moveaxis(directions, -1, 0)
     row = np.floor((0.5 + np.arcsin(np.clip(z, -1.0, 1.0)) / np.pi) * height).astype(np.int64)
@@ -44,11 +45,11 @@ def texels_along(directions: Array, height: int, width: int) -> tuple[npt.NDArra
     return np.clip(row, 0, height - 1), column % width
 
 
-def row_edges(height: int) -> Array:
+def row_edges(height: int) -> Float64:
     """(height + 1,) z of the rows' edges, -1 to 1."""
     return np.sin(np.pi * (np.arange(height + 1) / height - 0.5))
 
 
-def solid_angles(height: int, width: int) -> Array:
+def solid_angles(height: int, width: int) -> Float64:
     """(height,) solid angle of a texel in each row, exactly; all texels add up to 4 pi."""
     return np.diff(row_edges(height)) * (2.0 * np.pi / width)

@@ -8,14 +8,13 @@ from functools import cache
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import Float64
 from . import sh
 from .directions import fibonacci_sphere
 
-Array = npt.NDArray[np.float64]
-
 
 @cache
-def _sample_band(band: int) -> tuple[Array, Array]:
+def _sample_band(band: int) -> tuple[Float64, Float64]:
     """Directions and the pseudo-inverse of the band's basis there.
 
     A Fibonacci set of 4(2l + 1) points keeps the condition number below 1.6; a handful of random directions,
@@ -26,7 +25,7 @@ def _sample_band(band: int) -> tuple[Array, Array]:
     return directions, inverse
 
 
-def rotation_matrix(rotation: npt.ArrayLike, order: int = sh.ORDER) -> Array:
+def rotation_matrix(rotation: npt.ArrayLike, order: int = sh.ORDER) -> Float64:
     """Block-diagonal matrix `M(R)` that turns a function on the sphere: `(M c) . Y(w) = c . Y(R^-1 w)`.
 
     Per band `M = (A^-1 S)^T`, from the basis A at sample directions and S at the turned ones.
@@ -47,7 +46,7 @@ def rotation_matrix(rotation: npt.ArrayLike, order: int = sh.ORDER) -> Array:
     return matrix
 
 
-def rotate_order2(coefficients: Array, frames: Array) -> Array:
+def rotate_order2(coefficients: Float64, frames: Float64) -> Float64:
     """Turn N order-2 vectors by N rotations, by band 1 as a vector and band 2 as a form.
 
     Args:

@@ -8,7 +8,7 @@ from math import factorial, pi, sqrt
 import numpy as np
 import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from ..arrays import Float64
 
 ORDER = 2
 """The order that is stored: nine coefficients, as Ramamoorthi & Hanrahan (2001) argue for diffuse light."""
@@ -38,7 +38,7 @@ def band_slice(band: int) -> slice:
     return slice(band * band, (band + 1) ** 2)
 
 
-def legendre(z: Array, order: int) -> dict[tuple[int, int], Array]:
+def legendre(z: Float64, order: int) -> dict[tuple[int, int], Float64]:
     """Normalised associated Legendre functions divided by `sin(theta)**m`, for 0 <= m <= l <= order.
 
     The division leaves a polynomial in z, which has no trouble at the poles: multiplied by the real or
@@ -49,7 +49,7 @@ def legendre(z: Array, order: int) -> dict[tuple[int, int], Array]:
         z: any shape, cosine of the polar angle, in [-1, 1].
         order: highest band.
     """
-    raw: dict[tuple[int, int], Array] = {}
+    raw: dict[tuple[int, int], Float64] = {}
     for m in range(order + 1):
         raw[m, m] = np.full_like(z, float(np.prod(np.arange(1, 2 * m, 2))))
         if m < order:
@@ -64,7 +64,7 @@ def _norm(band: int, m: int) -> float:
     return norm if m == 0 else sqrt(2) * norm
 
 
-def basis(directions: npt.ArrayLike, order: int = ORDER) -> Array:
+def basis(directions: npt.ArrayLike, order: int = ORDER) -> Float64:
     """The real spherical harmonics at unit directions.
 
     Args:
@@ -88,7 +88,7 @@ def basis(directions: npt.ArrayLike, order: int = ORDER) -> Array:
     return out
 
 
-def cosine_lobe(order: int = ORDER) -> Array:
+def cosine_lobe(order: int = ORDER) -> Float64:
     """Zonal factors `A_l` of the clamped cosine, one per band: pi, 2pi/3, pi/4, 0, -pi/24, ...
 
     Ramamoorthi & Hanrahan 2001, "An Efficient Representation for Irradiance Environment Maps", equation 8, where they
@@ -107,7 +107,7 @@ def cosine_lobe(order: int = ORDER) -> Array:
     return factors
 
 
-def per_coefficient(per_band: npt.ArrayLike) -> Array:
+def per_coefficient(per_band: npt.ArrayLike) -> Float64:
     """Repeat one number per band over the `2l + 1` coefficients of that band."""
     values = np.asarray(per_band, dtype=np.float64)
     return np.repeat(values, [2 * band + 1 for band in range(len(values))])
@@ -120,7 +120,7 @@ K_ZZ = sqrt(5 / (16 * pi))
 K_XX = K_XY / 2
 
 
-def band2_form(coefficients: Array) -> Array:
+def band2_form(coefficients: Float64) -> Float64:
     """Symmetric traceless matrices (..., 3, 3) of band-2 coefficients (..., 5)."""
     xy, yz, zz, zx, xx = np.moveaxis(coefficients, -1, 0)
     form = np.empty((*xy.shape, 3, 3))
@@ -133,7 +133,7 @@ def band2_form(coefficients: Array) -> Array:
     return form
 
 
-def band2_coefficients(form: Array) -> Array:
+def band2_coefficients(form: Float64) -> Float64:
     """Inverse of `band2_form`: (..., 3, 3) back to (..., 5)."""
     return np.stack(
         [

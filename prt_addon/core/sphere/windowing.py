@@ -11,10 +11,10 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import Float64
 from . import sh
 from .directions import fibonacci_sphere
 
-Array = npt.NDArray[np.float64]
 Window = Literal["NONE", "HANN", "LANCZOS"]
 
 _DIRECTIONS = 4096  # for shares of the sphere: to about a thousandth
@@ -23,7 +23,7 @@ _ZOOMS = 4  # into one of so many intervals, four times over: the cutoff is righ
 _HALVINGS = 60  # of an interval, down to float64's last bits
 
 
-def band_factors(window: Window, cutoff: float | None = None, order: int = sh.ORDER) -> Array:
+def band_factors(window: Window, cutoff: float | None = None, order: int = sh.ORDER) -> Float64:
     """What a window leaves of each band; Sloan 2008, "Stupid Spherical Harmonics Tricks", section "Windowing".
 
     Hann is `(1 + cos(pi l / cutoff)) / 2`, Lanczos `sin(pi l / cutoff) / (pi l / cutoff)`; both are zero from the
@@ -49,7 +49,7 @@ def band_factors(window: Window, cutoff: float | None = None, order: int = sh.OR
     return (1.0 + np.cos(np.pi * share)) / 2.0 if window == "HANN" else np.sinc(share)
 
 
-def windowed(light: Array, factors: Array) -> Array:
+def windowed(light: Float64, factors: Float64) -> Float64:
     """The light ((order + 1)**2, 3) with each band scaled by its factor (order + 1,)."""
     return light * sh.per_coefficient(factors)[:, None]
 
@@ -58,9 +58,9 @@ def windowed(light: Array, factors: Array) -> Array:
 class Deringed:
     """A light that is nowhere negative, and what the window took to make it so."""
 
-    light: Array
+    light: Float64
     """(9, 3), windowed."""
-    factors: Array
+    factors: Float64
     """(3,), what is left of each band."""
     cutoff: float
     """Of the window; infinite if none was needed."""
@@ -69,7 +69,7 @@ class Deringed:
     negative_after: float
 
 
-def dering(light: Array, window: Window = "HANN") -> Deringed:
+def dering(light: Float64, window: Window = "HANN") -> Deringed:
     """Find the mildest window, one cutoff for all channels, that keeps the reconstructed light non-negative everywhere.
 
     The light's minimum need not fall steadily with the cutoff: all cutoffs are looked through, the widest first,
@@ -93,7 +93,7 @@ def dering(light: Array, window: Window = "HANN") -> Deringed:
     return Deringed(kept, factors, cutoff, negative_share(light), negative_share(kept))
 
 
-def _nowhere_negative(light: Array, window: Window, inverse_cutoffs: Array) -> npt.NDArray[np.bool_]:
+def _nowhere_negative(light: Float64, window: Window, inverse_cutoffs: Float64) -> npt.NDArray[np.bool_]:
     """For each of some windows, whether the light is non-negative, but for rounding, in all channels."""
     cutoffs = [1.0 / inverse if inverse else np.inf for inverse in inverse_cutoffs]
     lights = np.concatenate([windowed(light, band_factors(window, cutoff)) for cutoff in cutoffs], axis=1)
@@ -101,7 +101,7 @@ def _nowhere_negative(light: Array, window: Window, inverse_cutoffs: Array) -> n
     return (least >= -1e-12 * np.abs(light[0])).all(axis=1)
 
 
-def minimum(light: Array) -> Array:
+def minimum(light: Float64) -> Float64:
     """Find the least value of an order-2 light over the whole sphere, per channel.
 
     `c + b.w + w^T Q w` on the unit sphere is the trust-region problem; its dual has no gap (More & Sorensen 1983,
@@ -131,13 +131,13 @@ def minimum(light: Array) -> Array:
     return light[0] * np.sqrt(1.0 / (4.0 * np.pi)) + values[:, 0] - far[:, 0] - penalty
 
 
-def negative_share(light: Array) -> float:
+def negative_share(light: Float64) -> float:
     """Share of the sphere, in [0, 1], on which any channel of the light ((order + 1)**2, 3) is negative."""
     values = sh.basis(fibonacci_sphere(_DIRECTIONS), sh.order_of(len(light))) @ light
     return float(np.mean((values < 0.0).any(axis=1)))
 
 
-def energy_shares(light: Array, total: float | None = None) -> Array:
+def energy_shares(light: Float64, total: float | None = None) -> Float64:
     """Which share of the energy, the integral of the square over the sphere and all channels, lies in each band.
 
     Args:

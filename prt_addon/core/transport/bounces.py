@@ -12,11 +12,9 @@ white room behind a slit, and by 22 % at worst.
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arrays import Float32
 from .gather import Gather
-
-Float32 = npt.NDArray[np.float32]
 
 MAX_BOUNCES = 100
 """Where "until converged" gives up. At an albedo of 0.9 a closed room is then within 3e-5 of its limit."""

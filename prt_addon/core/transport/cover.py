@@ -22,14 +22,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import Bools, Float32, Float64, Int64
 from ..workers import ALL_CORES, Workers
 from .direct import RayPattern, Receivers
 from .raycast import RayScene
-
-Float32 = npt.NDArray[np.float32]
-Float64 = npt.NDArray[np.float64]
-Int64 = npt.NDArray[np.int64]
-Bools = npt.NDArray[np.bool_]
 
 _PROBES = 8  # rays
 _SOME_BACKS = 0.1  # share of a corner's probes that end on backs: with none it lies in no solid

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import Float32, Float64
 from ..monitor import Work
 from ..problem import ReceiverGroup
 from ..sphere import sh
@@ -21,9 +22,6 @@ from ..sphere.directions import cosine_fibonacci, random_azimuths, tangent_frame
 from ..sphere.rotation import rotate_order2
 from ..workers import ALL_CORES, Workers
 from .raycast import RayScene
-
-Float32 = npt.NDArray[np.float32]
-Float64 = npt.NDArray[np.float64]
 
 _RAYS_AT_A_TIME = 1 << 17  # a few MB per thread: inside the cache, yet long enough to hide the calls
 _NORMALS_AT_A_TIME = 1 << 14

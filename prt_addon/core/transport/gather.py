@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import Float32, Int64
 from ..files import Spill, memory_of
 from ..monitor import Work
 from ..problem import BOUNCE_IN_RAYS, THIN
@@ -23,9 +24,6 @@ from ..surface import Albedo
 from ..workers import ALL_CORES, Workers
 from .hits import ONE, STEADY_BITS, HitStore, Packed, PackedHits, barycentrics, corners
 from .sources import Sources
-
-Float32 = npt.NDArray[np.float32]
-Int64 = npt.NDArray[np.int64]
 
 _STEADY_MASK = np.uint64(STEADY_BITS << 16 | STEADY_BITS)  # of the barycentrics of a hit
 _RECEIVERS_AT_A_TIME = 1 << 10

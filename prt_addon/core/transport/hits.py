@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import Float32
 from ..files import Spill, memory_of
 from ..monitor import Work
 from ..sphere import sh
@@ -16,7 +17,6 @@ from ..workers import ALL_CORES, Workers
 from .direct import RayPattern, Receivers
 from .raycast import Hits, RayScene
 
-Float32 = npt.NDArray[np.float32]
 Packed = npt.NDArray[np.uint64]
 UInt32 = npt.NDArray[np.uint32]
 

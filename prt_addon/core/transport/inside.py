@@ -23,18 +23,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import Bools, Float32, Float64, Int64, Ints
 from ..sphere import sh
 from ..workers import ALL_CORES, Workers
 from .cover import Fit
 from .direct import RayPattern, Receivers
 from .gather import Gather
 from .raycast import RayScene
-
-Float32 = npt.NDArray[np.float32]
-Float64 = npt.NDArray[np.float64]
-Int64 = npt.NDArray[np.int64]
-Ints = npt.NDArray[np.integer[Any]]
-Bools = npt.NDArray[np.bool_]
 
 _DARK = 0.05  # share of the sky, weighed by the cosine
 _BACKS = 0.5  # share of the rays

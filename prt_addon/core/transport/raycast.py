@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import Float32, Float64
 from ..errors import MeshError, RayCasterMissing
 from ..monitor import UNWATCHED, Monitor
 from ..problem import Occluders
@@ -24,8 +25,6 @@ try:
 except ImportError:
     TriangleMesh = EmbreeScene = None
 
-Float32 = npt.NDArray[np.float32]
-Float64 = npt.NDArray[np.float64]
 
 SKIP = 1e-4
 """Length a ray skips at its start, as a share of the radius of the object it starts from.

@@ -14,8 +14,8 @@ from typing import Any
 
 import bpy
 import numpy as np
-import numpy.typing as npt
 
+from ...core.arrays import Float64
 from ...core.errors import LightError
 from ...core.sphere import sh
 from ...core.sphere.rotation import rotation_matrix
@@ -27,8 +27,6 @@ from ..sky.projection import LightSettings, Projection
 from ..sky.sky import Sky
 from .drivers import DRIVEN, STRENGTH, TURN, follow, remove_drivers, write_rest
 from .lamps import place_lamps, remove_lamps, turn_lamps
-
-Array = npt.NDArray[np.float64]
 
 LIGHT_VERSION = 2
 LIGHT = tuple(f"prt_light_{i}" for i in range(sh.coefficient_count(sh.ORDER)))
@@ -152,7 +150,7 @@ def light_settings_of(world: bpy.types.World) -> LightSettings:
     return LightSettings(record["window"], record["cutoff"], record.get("lamps", "NONE"))
 
 
-def store_light(world: bpy.types.World, light: Array, lamps: Array | None = None) -> None:
+def store_light(world: bpy.types.World, light: Float64, lamps: Float64 | None = None) -> None:
     """Write coefficients as the world's custom properties.
 
     Args:
@@ -164,19 +162,19 @@ def store_light(world: bpy.types.World, light: Array, lamps: Array | None = None
         world[name] = [*(float(channel) for channel in rgb), float(part)]
 
 
-def read_light(world: bpy.types.World) -> Array:
+def read_light(world: bpy.types.World) -> Float64:
     """The stored (9, 3) light of a world that `has_light`."""
     return np.array([list(world[name])[:3] for name in LIGHT])
 
 
-def read_lamps(world: bpy.types.World) -> Array:
+def read_lamps(world: bpy.types.World) -> Float64:
     """(9, 3) the part of a world's stored light that lamps show instead. The world must have a light (`has_light`)."""
     if any(len(world[name]) < 4 for name in (*LIGHT, *TURN)):
         return np.zeros((len(LIGHT), 3))
     return np.multiply.outer([world[name][3] for name in LIGHT], [world[name][3] - 1.0 for name in TURN])
 
 
-def read_turn(world: bpy.types.World) -> Array:
+def read_turn(world: bpy.types.World) -> Float64:
     """The (3, 3) rotation R that the drivers hold: the sky seen along w is the picture's along R w."""
     return np.array([list(world[name])[:3] for name in TURN]).T
 
@@ -186,7 +184,7 @@ def strength_of(world: bpy.types.World) -> float:
     return float(value[0] if hasattr(value := world[STRENGTH], "__len__") else value)
 
 
-def shown_light(world: bpy.types.World, update: bool = True) -> Array:
+def shown_light(world: bpy.types.World, update: bool = True) -> Float64:
     """(9, 3) the light as it is turned and scaled now; without an update, as Blender last evaluated it.
 
     Raises:
@@ -201,7 +199,7 @@ def shown_light(world: bpy.types.World, update: bool = True) -> Array:
     return strength_of(world) * (rotation_matrix(read_turn(world).T) @ read_light(world))
 
 
-def write_still_light(world: bpy.types.World, light: Array) -> None:
+def write_still_light(world: bpy.types.World, light: Float64) -> None:
     """Store a light (9, 3) that follows no nodes: unturned, at strength 1."""
     check_world(world)
     remove_light(world)

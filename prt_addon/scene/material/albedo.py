@@ -14,6 +14,7 @@ import bpy
 import numpy as np
 import numpy.typing as npt
 
+from ...core.arrays import Float32
 from ...core.notices import Kind, Notice
 from ..blender.nodes import has_loop
 from ..mesh.meshes import Surface
@@ -21,8 +22,6 @@ from .cycles_colour import CyclesRequest, CyclesRequests, Unread
 from .lost_pictures import why_not_shown
 from .patterns import NotRead, PatternReader, ReadPattern, SurfaceValues
 from .reading import BLACK, RGB, Colour, Constant
-
-Float32 = npt.NDArray[np.float32]
 
 DEFAULT_COLOUR = (0.8, 0.8, 0.8)
 """Of surfaces without a material, as Blender shows them."""

@@ -25,14 +25,13 @@ import bpy
 import numpy as np
 import numpy.typing as npt
 
+from ...core.arrays import Float32
 from ..blender.cycles_scene import cycles_scene, selected_alone
 from ..blender.light_path import answer_light_path, reads_light_path
 from ..blender.rna import plain_properties
 from ..mesh.meshes import layer_array
 from .colour_nodes import connect, remove_parts
 from .reading import Colour
-
-Float32 = npt.NDArray[np.float32]
 
 _LAYER = "prt_cycles_colour"
 

@@ -13,11 +13,10 @@ import bpy
 import numpy as np
 import numpy.typing as npt
 
+from ...core.arrays import Float32
 from ..blender.images import linear_pixels
 from ..mesh.meshes import face_starts, index_array
 from .cycles_colour import CyclesRequest
-
-Float32 = npt.NDArray[np.float32]
 
 _TEXELS = 1 << 20
 """Of the whole picture, about."""

@@ -13,6 +13,7 @@ import bpy
 import numpy as np
 import numpy.typing as npt
 
+from ...core.arrays import Float32
 from ...core.notices import Kind, Notice
 from ...core.surface import TexturePatch
 from ..blender.nodes import has_loop
@@ -23,8 +24,6 @@ from .cycles_texels import FacePicture
 from .lost_pictures import why_not_shown
 from .patterns import NotRead, PatternReader, ReadPattern, SurfaceValues
 from .reading import Colour, Constant, Mixed, Source
-
-Float32 = npt.NDArray[np.float32]
 
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722], dtype=np.float32)
 """How Blender makes a number of a colour: Rec. 709."""

@@ -11,6 +11,7 @@ import bpy
 import numpy as np
 import numpy.typing as npt
 
+from ...core.arrays import Float32
 from ...core.errors import PictureError
 from ...core.files import digest
 from ...core.notices import Notice
@@ -21,7 +22,6 @@ from ..blender.nodes import feeding_socket, is_remapped, mapping_matrix
 from ..mesh.meshes import corner_vertices, layer_array
 from .reading import RGB, Colour, Inside, MaterialReading, Source, read_material
 
-Float32 = npt.NDArray[np.float32]
 Dependencies = list[bytes | npt.NDArray[Any]]
 
 

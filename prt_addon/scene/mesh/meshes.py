@@ -12,11 +12,11 @@ import bpy
 import numpy as np
 import numpy.typing as npt
 
+from ...core.arrays import Float64
 from ...core.files import digest
 from ...core.problem import ReceiverGroup
 from ...core.transport.raycast import SKIP
 
-Float64 = npt.NDArray[np.float64]
 Int32 = npt.NDArray[np.int32]
 
 Domain = Literal["POINT", "CORNER"]

@@ -13,9 +13,8 @@ import bpy
 import numpy as np
 import numpy.typing as npt
 
+from ...core.arrays import Float64
 from .meshes import Surface
-
-Float64 = npt.NDArray[np.float64]
 
 _SIDES = 3
 _TUBE = 2.0 * pi / (2.0 * _SIDES * np.sin(pi / _SIDES))  # circumradius of a polygon as long around as the unit circle

@@ -18,13 +18,12 @@ import bpy
 import numpy as np
 import numpy.typing as npt
 
+from ...core.arrays import Float32
 from ...core.errors import RenderError
 from ...core.files import written
 from ...core.report.picture import PictureDifference, compared, flip, picture_difference
 from ..blender.images import float_image
 from ..shading.shading import our_nodes
-
-Float32 = npt.NDArray[np.float32]
 
 DIFFERENCE = "PRT Difference"
 """Name of Blender's image: |EEVEE - Cycles| in linear light, alpha 1 where they were compared."""

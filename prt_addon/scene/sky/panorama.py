@@ -16,8 +16,8 @@ from contextlib import contextmanager
 
 import bpy
 import numpy as np
-import numpy.typing as npt
 
+from ...core.arrays import Float32
 from ...core.errors import LightError
 from ...core.sky.texel_means import Radiance, equirect_means
 from ..blender.cycles_scene import cycles_scene, selected_alone
@@ -25,8 +25,6 @@ from ..blender.light_path import answer_light_path
 from ..blender.nodes import feeding_socket, has_loop
 from ..mesh.meshes import layer_array
 from .sky import Sky, output_of
-
-Float32 = npt.NDArray[np.float32]
 
 _NAME = "PRT Panorama"
 _LAYER = "prt_radiance"

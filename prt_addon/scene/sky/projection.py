@@ -7,9 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-import numpy.typing as npt
-
+from ...core.arrays import Float32, Float64
 from ...core.sky.lamps import ENOUGH, Lamps, find_lamps
 from ...core.sky.texels import SkyTexels
 from ...core.sphere import sh, windowing
@@ -17,9 +15,6 @@ from ..blender.images import Undecodable, linear_pixels
 from .identity import SkyIdentity, sky_identity
 from .panorama import panorama
 from .sky import Sky
-
-Array = npt.NDArray[np.float64]
-Float32 = npt.NDArray[np.float32]
 
 
 @dataclass(frozen=True)
@@ -50,10 +45,10 @@ class Projection:
     way: a sentence for the user.
     """
 
-    light: Array
+    light: Float64
     lamps: Lamps
     settings: LightSettings
-    factors: Array
+    factors: Float64
     negative: tuple[float, float]
     identity: SkyIdentity
     way: str
@@ -87,7 +82,9 @@ def project(sky: Sky, settings: LightSettings) -> Projection:
     return projected(sky, texels.project(), way + _left_out(texels) + _stretched(texels), settings, texels)
 
 
-def projected(sky: Sky, light: Array, by: str, settings: LightSettings, texels: SkyTexels | None = None) -> Projection:
+def projected(
+    sky: Sky, light: Float64, by: str, settings: LightSettings, texels: SkyTexels | None = None
+) -> Projection:
     """A light (9, 3) that was made of a sky, by what the sentence says, once windowed and its lamps are found.
 
     Args:
