@@ -83,7 +83,7 @@ class Scenery:
 
     @cached_property
     def corner_receiver(self) -> Int64:
-        """(S, 3) the receiver at each corner of the sides of triangles, -1 for none: all fronts, then all backs if they count."""
+        """(S, 3) the receiver at each corner of the sides of triangles, -1 for none; all fronts come first, then all backs if they count."""
         return self.occluders.receiver_at_corners
 
     @cached_property
