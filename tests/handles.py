@@ -32,6 +32,7 @@ WHERE = {
     "nodes": "scene.blender.nodes",
     "notices": "core.notices",
     "patterns": "scene.material.patterns",
+    "packing": "core.exchange.packing",
     "panorama": "scene.sky.panorama",
     "preview": "core.sky.preview",
     "problem": "core.problem",

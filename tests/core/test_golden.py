@@ -63,6 +63,7 @@ def test_the_lamps_of_a_sky():
     np.testing.assert_allclose(
         found["light"][0], found["irradiances"].sum() * found["colour"] * sh.basis(np.eye(3))[0, 0]
     )
+    assert sorted(found["counts"]) == [0, 1, 2, 3, 4]  # of *Automatic*: every number that it may choose
 
 
 def test_the_layers_that_the_web_knows():

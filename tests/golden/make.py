@@ -11,7 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from prt_addon.core.sky.lamps import find_lamps
+from prt_addon.core.sky.lamps import ENOUGH, find_lamps, truncation
+from prt_addon.core.sky.projection import project_equirect
 from tests.core.references import axis_angle, order2, random_directions, random_rotations, sphere_quadrature
 
 HERE = Path(__file__).resolve().parent
@@ -83,27 +84,30 @@ def sky():
 
 def lamps():
     """A sky of one colour with five spots of bright texels, the top row first, and the lamps that the engine takes out of it."""
-    height, background, rng = 160, np.array([0.2, 0.3, 0.5]), np.random.default_rng(12)
-    texels = []
-    for row, column, reach, rgb in [
-        (40, 100, 4, (600, 500, 300)),
-        (70, 250, 3, (300, 300, 200)),
-        (43, 110, 1, (200, 150, 90)),
-        (120, 0, 2, (80, 90, 100)),
-        (10, 30, 1, (40, 30, 20)),
-    ]:
+    height, texels, spots = 160, [], []
+    rng = np.random.default_rng(12)
+    for spot, (row, column, reach, rgb) in enumerate(
+        [
+            (40, 100, 4, (600, 500, 300)),
+            (70, 250, 3, (300, 300, 200)),
+            (43, 110, 1, (200, 150, 90)),
+            (120, 0, 2, (80, 90, 100)),
+            (10, 30, 1, (40, 30, 20)),
+        ]
+    ):
         places = [
             (row + y, (column + x) % (2 * height)) for y in range(-reach, reach + 1) for x in range(-reach, reach + 1)
         ]
         texels += [[*place, *(np.array(rgb) * rng.uniform(0.5, 1.5)).round(3)] for place in places]
-    picture = np.tile(background, (height, 2 * height, 1)).astype(np.float32)
-    for texel in texels:
-        picture[texel[0], texel[1]] = texel[2:]
+        spots += [spot] * len(places)
+    background = np.array([0.2, 0.3, 0.5])
+    picture = _spotted(height, background, texels)
     found, one = (find_lamps(picture[::-1], most) for most in (4, 1))
     return {
         "height": height,
         "background": background,
         "texels": texels,
+        "spots": spots,
         "most": 4,
         "directions": [lamp.direction for lamp in found.lamps],
         "irradiances": [lamp.irradiance for lamp in found.lamps],
@@ -111,7 +115,39 @@ def lamps():
         "colour": found.colour,
         "light": np.multiply.outer(found.light(), found.colour),
         "one": one.lamps[0].direction,
+        **_fewest(height, background, np.array(texels), np.array(spots)),
     }
+
+
+STRENGTHS = np.array(
+    [
+        [0.0, 0.0, 0.0, 0.0, 0.0],
+        [1.0, 0.0, 0.0, 0.01, 0.01],
+        [1.0, 1.0, 0.0, 0.0, 0.0],
+        [0.2, 0.5, 5.0, 3.0, 0.0],
+        [0.2, 0.4, 1.0, 3.0, 50.0],
+    ]
+)
+"""Of the five spots, in skies that want no lamp, one, two, three and four."""
+
+
+def _fewest(height, background, texels, spots):
+    """How many lamps *Automatic* takes out of skies with these spots at several strengths, and what the skies lose without lamps."""
+    counts, lost = [], []
+    for strengths in STRENGTHS:
+        lit = texels.copy()
+        lit[:, 2:] *= strengths[spots][:, None]
+        picture = _spotted(height, background, lit[strengths[spots] > 0.0])[::-1]
+        counts.append(len(find_lamps(picture, 4, ENOUGH).lamps))
+        lost.append(truncation(project_equirect(picture, 8)))
+    return {"strengths": STRENGTHS, "enough": ENOUGH, "counts": counts, "truncations": lost}
+
+
+def _spotted(height, background, texels):
+    picture = np.tile(background, (height, 2 * height, 1)).astype(np.float32)
+    for row, column, *rgb in texels:
+        picture[int(row), int(column)] = rgb
+    return picture
 
 
 def radiance():

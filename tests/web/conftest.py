@@ -57,9 +57,7 @@ def scene_of_all(blender, scene, stage):
     mapping.inputs["Rotation"].default_value = (0.3, -0.5, 1.3)
     ball = stage.object_of("Ball", stage.icosphere(4), matte(blender, stage, "Clay", (0.8, 0.5, 0.2)), (0, 0, 1))
     floor = stage.object_of("Floor", stage.grid(60, 3.0), checker(blender, stage))
-    floor.data.uv_layers.new()
-    places = np.array([floor.data.vertices[loop.vertex_index].co[:2] for loop in floor.data.loops]) / 6.0 + 0.5
-    floor.data.uv_layers[0].data.foreach_set("uv", places.ravel())
+    lay_out(floor.data, (0, 1), 3.0)
     box = stage.object_of("Box", stage.cube(0.8), matte(blender, stage, "Other", (0.3, 0.6, 0.5)), (1.6, -0.9, 0.8))
     box.rotation_euler, box.scale = (0.4, 0.3, 0.8), (1.0, 0.7, 1.4)
     box.prt.space = "OBJECT"
@@ -90,10 +88,10 @@ def glossy_scene(blender, scene, stage):
     return scene
 
 
-def lay_out(mesh):
-    """Texture coordinates by the place in X and Z."""
+def lay_out(mesh, axes=(0, 2), size=1.0):
+    """Texture coordinates by the place along two axes, once from -size to size."""
     mesh.uv_layers.new()
-    places = np.array([mesh.vertices[loop.vertex_index].co[:] for loop in mesh.loops])[:, [0, 2]] * 0.5 + 0.5
+    places = np.array([mesh.vertices[loop.vertex_index].co[:] for loop in mesh.loops])[:, axes] * (0.5 / size) + 0.5
     mesh.uv_layers[0].data.foreach_set("uv", places.ravel())
 
 

@@ -33,11 +33,18 @@ class ReadPage:
 
     def transport(self, primitive):
         """(N, 9, 3) as it was packed: number after number, from vertex to vertex."""
+        parts = self.parts(primitive)
+        return parts[..., :3] + parts[..., 3:].sum(axis=-1, keepdims=True)
+
+    def parts(self, primitive):
+        """(N, 9, 3) transport, or, where the direct part is told apart, (N, 9, 4) bounces and that."""
         packed = primitive["extras"]["prt_relight"]
         vertices = self.document["accessors"][primitive["attributes"]["POSITION"]]["count"]
-        low, high = np.frombuffer(self.view(packed["view"]), dtype=np.uint8).reshape(2, 27, vertices).astype(int)
-        codes = low + 256 * high
+        channels = 4 if packed["direct"] else 3
+        planes = np.frombuffer(self.view(packed["view"]), dtype=np.uint8).reshape(2, 9 * channels, vertices).astype(int)
+        codes = planes[0] + 256 * planes[1]
         steps = np.where(codes % 2, -(codes + 1) // 2, codes // 2)
-        numbers = np.cumsum(steps, axis=1).T.reshape(vertices, 9, 3)
-        numbers[:, :, [0, 2]] += numbers[:, :, 1:2]
-        return numbers * np.array(packed["scales"])[:, None]
+        numbers = np.cumsum(steps, axis=1).T.reshape(vertices, 9, channels)
+        for channel, tint in zip((0, 2), packed["tints"], strict=True):
+            numbers[:, :, channel] += (numbers[:, :, 1] * tint + 128) // 256
+        return numbers * packed["scale"]

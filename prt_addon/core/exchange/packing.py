@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Packs transport for the web: ten bits a number, in an order that compresses well."""
+"""Packs transport for the web: nine bits a number, in an order that compresses well."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ import numpy.typing as npt
 from ..layout import LAYERS, OWN_AXES_BELOW
 from .glb import Glb
 
-STEPS = 511
-"""The largest whole number: nine bits and a sign. Of what a surface shows that leaves an error of about a thousandth."""
-
-DIRECT_STEPS = 31
-"""The same for the direct part, where it only dims what gloss shows of the sky."""
-
-SUN_STEPS = 127
-"""The same where suns of the sky are shown in place of it: as much as a byte holds."""
+STEPS = 255
+"""The largest whole number: eight bits and a sign. Of what a surface shows that leaves an error of two or three thousandths."""
 
 EXTRAS = "prt_relight"
-"""Key in the extras of a primitive: `view`, where its packed transport lies; `scales`, by which numbers are multiplied, one
-per layer; `space`, whose axes they are in; and, of what is glossy or lit by suns, `direct` and `directScale`, the same of the direct part."""
+"""Key in the extras of a primitive: `view`, where its packed transport lies; `scale`, by which numbers are multiplied; `tints`, how red
+and blue are foretold; `space`, whose axes they are in; `direct`, whether the direct part is told apart, as of what is glossy or lit by suns."""
+
+_ONE = 256
+"""What stands for 1 in tints."""
+
+_MOST_TINT = 8 * _ONE
+"""Beyond it a hue is so pure that green foretells nothing, and numbers would leave two bytes."""
 
 
 def pack_transport(glb: Glb, suns: bool) -> int:
@@ -44,20 +44,20 @@ def pack_transport(glb: Glb, suns: bool) -> int:
 
 
 def _pack(glb: Glb, primitive: dict[str, Any], suns: bool) -> int:
-    layers = np.stack([glb.values(primitive["attributes"].pop(name)) for name in LAYERS], axis=1)
-    numbers, scales = rounded(layers[..., :3].astype(np.float64))
+    layers = np.stack([glb.values(primitive["attributes"].pop(name)) for name in LAYERS], axis=1).astype(np.float64)
     own_axes = bool(layers[0, 0, 3] < OWN_AXES_BELOW)
-    extras = primitive.setdefault("extras", {})[EXTRAS] = {
-        "view": glb.add_view(to_bytes(numbers)),
-        "scales": scales.tolist(),
-        "space": "OBJECT" if own_axes else "SCENE",
-    }
     materials = glb.document.get("materials", ())
-    if suns or ("material" in primitive and is_glossy(materials[primitive["material"]])):
-        direct = layers[..., 3].astype(np.float64)
-        direct[:, 0] += 2.0 if own_axes else 1.0  # its marks
-        step = max(float(np.abs(direct).max(initial=0.0)), 1e-9) / (SUN_STEPS if suns else DIRECT_STEPS)
-        extras["direct"], extras["directScale"] = glb.add_view(direct_to_bytes(np.rint(direct / step))), step
+    direct = suns or ("material" in primitive and is_glossy(materials[primitive["material"]]))
+    layers[:, 0, 3] += 2.0 if own_axes else 1.0  # its marks
+    numbers, scale = rounded(told_apart(layers) if direct else layers[..., :3])
+    tints = tints_of(numbers)
+    primitive.setdefault("extras", {})[EXTRAS] = {
+        "view": glb.add_view(to_bytes(numbers, tints)),
+        "scale": scale,
+        "tints": tints,
+        "space": "OBJECT" if own_axes else "SCENE",
+        "direct": direct,
+    }
     return len(layers)
 
 
@@ -71,29 +71,53 @@ def is_glossy(material: dict[str, Any]) -> bool:
     return bool(surface.get("metallicFactor", 1.0) > 0.0 or (specular > 0.0 and ior != 1.0))
 
 
-def rounded(transport: npt.NDArray[np.float64]) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.float64]]:
-    """Transport (N, 9, 3) as whole numbers up to `STEPS`, and the scale of each layer (9,): their product is transport."""
-    scales = np.abs(transport).max(axis=(0, 2), initial=0.0) / STEPS
-    scales = np.where(scales > 0.0, scales, 1.0)
-    return np.rint(transport / scales[:, None]).astype(np.int32), scales
+def told_apart(layers: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Layers (N, 9, 4) of transport and its direct part as the bounces, coloured, and the direct part.
+
+    Rounded apart they suit suns, whose direct light pages reckon without the bake: with the sum rounded its error would be times the
+    whole sky, and once more where suns are taken out. Bounces are small, and 0 of shadowed bakes: the pair takes little more room.
+    """
+    apart = layers.copy()
+    apart[..., :3] -= layers[..., 3:]
+    return apart
 
 
-def to_bytes(numbers: npt.NDArray[np.int32]) -> bytes:
-    """Whole numbers (N, 9, 3) as bytes, the low ones of all numbers and then the high ones.
+def rounded(parts: npt.NDArray[np.float64]) -> tuple[npt.NDArray[np.int32], float]:
+    """Transport, or its parts, (N, 9, channels) as whole numbers up to `STEPS`, and their scale.
 
-    Red and blue are kept as what they differ from green by, each number as what it differs by from that of the vertex
+    One for all layers, as what lights is as strong in the one as in the other where it is sharp: layers that hold little take few bits.
+    """
+    scale = float(np.abs(parts).max(initial=0.0)) / STEPS or 1.0
+    return np.rint(parts / scale).astype(np.int32), scale
+
+
+def tints_of(numbers: npt.NDArray[np.int32]) -> list[int]:
+    """By how many 256ths of green red and blue are foretold best, over all numbers (N, 9, channels).
+
+    What one colour sends on is in proportion, noise and all.
+    """
+    red, green, blue = np.moveaxis(numbers[..., :3].astype(np.float64), -1, 0)
+    whole = float((green**2).sum())
+    if not whole:
+        return [_ONE, _ONE]
+    shares = (round(_ONE * float((green * other).sum()) / whole) for other in (red, blue))
+    return [min(max(share, -_MOST_TINT), _MOST_TINT) for share in shares]
+
+
+def to_bytes(numbers: npt.NDArray[np.int32], tints: list[int]) -> bytes:
+    """Whole numbers (N, 9, channels), three of them a colour, as bytes, the low ones of all numbers and then the high ones.
+
+    Red and blue are kept as what they differ by from what green foretells, each number as what it differs by from that of the vertex
     before, the sign in the lowest bit: neighbours are alike, so that most bytes are small and most high ones 0.
     """
     coded = numbers.copy()
-    coded[:, :, 0] -= numbers[:, :, 1]
-    coded[:, :, 2] -= numbers[:, :, 1]
+    for channel, tint in zip((0, 2), tints, strict=True):
+        coded[:, :, channel] -= foretold(numbers[:, :, 1], tint)
     steps = np.diff(coded.reshape(len(numbers), -1), axis=0, prepend=0).T
     signless = ((steps << 1) ^ (steps >> 31)).astype(np.uint16)
     return (signless & 255).astype(np.uint8).tobytes() + (signless >> 8).astype(np.uint8).tobytes()
 
 
-def direct_to_bytes(numbers: npt.NDArray[np.float64]) -> bytes:
-    """Whole numbers (N, 9) up to `SUN_STEPS`, a byte each: coefficient by coefficient, as what each vertex differs by from the
-    one before, modulo 256."""
-    steps = np.diff(numbers.astype(np.int16), axis=0, prepend=np.int16(0)).T
-    return (steps & 255).astype(np.uint8).tobytes()
+def foretold(green: npt.NDArray[np.int32], tint: int) -> npt.NDArray[np.int32]:
+    """A share of green, rounded as `web/packages/viewer/src/transport.ts` rounds it, too."""
+    return (green * tint + _ONE // 2) // _ONE

@@ -29,7 +29,7 @@ from ..light.light import has_light
 from ..material.reading import Constant, read_material
 from ..mesh.carrier import transport_mesh
 from ..mesh.layers import is_baked
-from ..sky.projection import MOST_LAMPS, lamps_in, sky_picture
+from ..sky.projection import lamp_rule, lamps_in, sky_picture
 from ..sky.sky import read_sky
 from ..sky.studio import studio_skies
 from .gltf import light_of, with_transport
@@ -116,7 +116,7 @@ def export_page(context: bpy.types.Context, path: Path, settings: PageSettings) 
         "camera": _camera(scene, baked),
         "exposure": scene.view_settings.exposure,
         "skies": skies,
-        "mostSuns": MOST_LAMPS[scene.prt.lamps] if suns else 0,
+        "suns": dict(zip(("most", "enough"), lamp_rule(scene.prt.lamps if suns else "NONE"), strict=True)),
         "views": views,
         "view": view,
     }
@@ -220,9 +220,16 @@ def _camera(scene: bpy.types.Scene, baked: Sequence[bpy.types.Object]) -> dict[s
     away = distance if orthographic else -frame[0].z
     position = target - distance * ahead
     tangents = [across / away, up / away]
-    numbers = [*position, *target, *tangents]
+    right = place.col[0].to_3d().normalized()
+    numbers = [*position, *target, *tangents, *right]
     return (
-        {"position": list(position), "target": list(target), "tangents": tangents, "orthographic": orthographic}
+        {
+            "position": list(position),
+            "target": list(target),
+            "right": list(right),
+            "tangents": tangents,
+            "orthographic": orthographic,
+        }
         if all(map(math.isfinite, numbers)) and min(tangents) > 0.0
         else None
     )

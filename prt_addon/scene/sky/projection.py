@@ -116,8 +116,12 @@ def _lamps(sky: Sky, settings: LightSettings, texels: SkyTexels | None) -> Lamps
 
 def lamps_in(picture: Float32, wanted: str) -> Lamps:
     """The lamps of an equirectangular picture (H, W, 3), as many as `LightSettings.lamps` says."""
-    most = MOST_LAMPS[wanted]
-    return find_lamps(picture, most, ENOUGH if wanted == "AUTO" else 0.0) if most else Lamps()
+    return find_lamps(picture, *lamp_rule(wanted))
+
+
+def lamp_rule(wanted: str) -> tuple[int, float]:
+    """So many lamps at most, and under which truncation no more are looked for: 0 where all that are found are taken."""
+    return MOST_LAMPS[wanted], ENOUGH if wanted == "AUTO" else 0.0
 
 
 def sky_picture(sky: Sky) -> Float32:

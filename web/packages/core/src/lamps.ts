@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Lamps in a picture of the sky, taken out as in Blender (core/sky/lamps.py): what bright spots exceed their surroundings by.
+// Lamps that stand for bright spots of a sky, and what they are of its light.
 
-import { basis } from "./harmonics.js";
-import { COEFFICIENTS, type Light } from "./layout.js";
+import { coefficientCount, harmonics } from "./bands.js";
+import type { Light } from "./layout.js";
 import type { Vector3 } from "./matrix.js";
-import type { Picture } from "./sky.js";
 
 /** A distant disc that stands for a spot. */
 export interface Lamp {
@@ -21,37 +20,15 @@ export interface Lamps {
   readonly colour: Vector3;
 }
 
-const BRIGHT = 10; // times the mean radiance, from which on a texel belongs to a spot
-const REACH = Math.cos((12 * Math.PI) / 180); // cosine of how far a spot goes from its middle
-const CELLS = 512, COARSE_CELLS = 64; // rows of cells in which lamps are looked for, and their seeds
-const REFINEMENTS = 8;
+export const NO_LAMPS: Lamps = { lamps: [], colour: [1, 1, 1] };
 
-/** Texels, or cells of them: directions and excess light, three numbers each. */
-interface Spots {
-  readonly directions: Float64Array;
-  readonly excess: Float64Array;
-  readonly flux: Float64Array;
-}
-
-/** Takes so many lamps out of a sky at most, the brightest first. */
-export function findLamps(picture: Picture, most: number): Lamps {
-  const spots = most > 0 ? brightTexels(picture) : null;
-  if (!spots) return { lamps: [], colour: [1, 1, 1] };
-  let middles = seedsOf(spots, most);
-  for (let step = 0; step < REFINEMENTS; step++) {
-    const owners = ownersOf(spots, middles);
-    middles = middles.map((_, number) => mean(spots.directions, spots.flux.map((flux, k) => (owners[k] === number ? flux : 0))));
-  }
-  return lampsAt(spots, middles);
-}
-
-/** What lamps are of a light: nine RGB coefficients. */
-export function lightOfLamps({ lamps, colour }: Lamps): Light {
-  const light = new Float64Array(3 * COEFFICIENTS);
+/** What lamps are of a light: nine RGB coefficients, or as many as an order has. */
+export function lightOfLamps({ lamps, colour }: Lamps, order = 2): Light {
+  const light = new Float64Array(3 * coefficientCount(order));
   for (const { direction, irradiance, radius } of lamps) {
-    const bands = discBands(Math.cos(radius));
-    basis(direction).forEach((value, i) => {
-      const part = irradiance * value * bands[i === 0 ? 0 : i < 4 ? 1 : 2]!;
+    const bands = discBands(Math.cos(radius), order);
+    harmonics(direction, order).forEach((value, i) => {
+      const part = irradiance * value * bands[Math.floor(Math.sqrt(i))]!;
       for (let c = 0; c < 3; c++) light[3 * i + c]! += part * colour[c]!;
     });
   }
@@ -59,110 +36,11 @@ export function lightOfLamps({ lamps, colour }: Lamps): Light {
 }
 
 /** What a disc leaves of each band of a point: (P_(l-1)(c) - P_(l+1)(c)) / ((2 l + 1) (1 - c)), c being the cosine of its radius. */
-function discBands(c: number): [number, number, number] {
-  if (1 - c < 1e-9) return [1, 1, 1];
-  const second = (3 * c * c - 1) / 2, third = (5 * c * c * c - 3 * c) / 2;
-  return [1, (1 - second) / (3 * (1 - c)), (c - third) / (5 * (1 - c))];
-}
-
-function brightTexels({ width, height, pixels }: Picture): Spots | null {
-  const edge = (y: number) => Math.sin(Math.PI * (0.5 - y / height)), angle = (y: number) => ((edge(y) - edge(y + 1)) * 2 * Math.PI) / width;
-  let whole = 0;
-  for (let y = 0; y < height; y++) {
-    let sum = 0;
-    for (let k = 3 * y * width; k < 3 * (y + 1) * width; k++) sum += Math.max(pixels[k]!, 0);
-    whole += (angle(y) * sum) / 3;
+function discBands(c: number, order: number): number[] {
+  const polynomials = [1, c], bands = [1];
+  for (let l = 1; l <= order; l++) {
+    polynomials.push(((2 * l + 1) * c * polynomials[l]! - l * polynomials[l - 1]!) / (l + 1));
+    bands.push(1 - c < 1e-9 ? 1 : (polynomials[l - 1]! - polynomials[l + 1]!) / ((2 * l + 1) * (1 - c)));
   }
-  const threshold = (BRIGHT * whole) / (4 * Math.PI), directions: number[] = [], excess: number[] = [];
-  for (let y = 0, k = 0; y < height; y++) {
-    const elevation = Math.PI * (0.5 - (y + 0.5) / height), ring = Math.cos(elevation), solid = angle(y);
-    for (let x = 0; x < width; x++, k += 3) {
-      if ((pixels[k]! + pixels[k + 1]! + pixels[k + 2]!) / 3 <= threshold) continue;
-      const rgb = [0, 1, 2].map((c) => Math.max(pixels[k + c]!, 0)), share = 1 - (3 * threshold) / (rgb[0]! + rgb[1]! + rgb[2]!);
-      const azimuth = 2 * Math.PI * (0.5 - (x + 0.5) / width);
-      directions.push(ring * Math.cos(azimuth), ring * Math.sin(azimuth), Math.sin(elevation));
-      excess.push(...rgb.map((value) => value * share * solid));
-    }
-  }
-  return directions.length ? gathered(spotsOf(directions, excess), Math.min(height, CELLS)) : null;
-}
-
-function spotsOf(directions: ArrayLike<number>, excess: ArrayLike<number>): Spots {
-  const flux = Float64Array.from({ length: excess.length / 3 }, (_, k) => (excess[3 * k]! + excess[3 * k + 1]! + excess[3 * k + 2]!) / 3);
-  return { directions: Float64Array.from(directions), excess: Float64Array.from(excess), flux };
-}
-
-/** The same with all that is in a cell of a picture of so many rows as one. */
-function gathered({ directions, excess, flux }: Spots, rows: number): Spots {
-  const cells = new Map<number, { towards: number[]; excess: number[] }>();
-  for (let k = 0; k < flux.length; k++) {
-    const [x, y, z] = [directions[3 * k]!, directions[3 * k + 1]!, directions[3 * k + 2]!];
-    const row = Math.min(Math.max(Math.floor((0.5 + Math.asin(Math.min(Math.max(z, -1), 1)) / Math.PI) * rows), 0), rows - 1);
-    const column = Math.floor((0.5 - Math.atan2(y, x) / (2 * Math.PI)) * 2 * rows) % (2 * rows), key = 2 * rows * row + column;
-    const cell = cells.get(key) ?? { towards: [0, 0, 0], excess: [0, 0, 0] };
-    cells.set(key, cell);
-    for (let c = 0; c < 3; c++) {
-      cell.towards[c]! += directions[3 * k + c]! * flux[k]!;
-      cell.excess[c]! += excess[3 * k + c]!;
-    }
-  }
-  const sorted = [...cells].sort(([a], [b]) => a - b).map(([, cell]) => cell);
-  return spotsOf(sorted.flatMap(({ towards }) => unit(towards)), sorted.flatMap((cell) => cell.excess));
-}
-
-/** Middles of spots, one by one, each where most light is left. */
-function seedsOf(spots: Spots, most: number): Vector3[] {
-  const { directions, flux } = gathered(spots, COARSE_CELLS), left = flux.slice(), seeds: Vector3[] = [];
-  const at = (k: number): Vector3 => [directions[3 * k]!, directions[3 * k + 1]!, directions[3 * k + 2]!];
-  const around = (middle: Vector3) => left.map((value, k) => (cosine(directions, k, middle) >= REACH ? value : 0));
-  while (seeds.length < most && left.some((value) => value > 0)) {
-    let best = 0, brightest = -1;
-    for (let k = 0; k < left.length; k++) {
-      const sum = around(at(k)).reduce((total, value) => total + value, 0);
-      if (sum > brightest) [best, brightest] = [k, sum];
-    }
-    const seed = mean(directions, around(at(best)));
-    seeds.push(seed);
-    left.forEach((_, k) => (left[k] = cosine(directions, k, seed) >= REACH ? 0 : left[k]!));
-  }
-  return seeds;
-}
-
-function lampsAt(spots: Spots, middles: readonly Vector3[]): Lamps {
-  const owners = ownersOf(spots, middles), taken: [number, number, number] = [0, 0, 0];
-  const lamps = middles.map((direction, number) => {
-    let irradiance = 0, spread = 0;
-    owners.forEach((owner, k) => {
-      if (owner !== number) return;
-      irradiance += spots.flux[k]!;
-      spread += spots.flux[k]! * (1 - cosine(spots.directions, k, direction));
-      for (let c = 0; c < 3; c++) taken[c]! += spots.excess[3 * k + c]!;
-    });
-    return { direction, irradiance, radius: 2 * Math.sqrt(Math.max(spread / irradiance, 0)) }; // a disc's mean of angle^2 / 2 is R^2 / 4
-  });
-  const whole = (taken[0] + taken[1] + taken[2]) / 3;
-  return { lamps, colour: taken.map((value) => value / whole) as unknown as Vector3 };
-}
-
-/** The nearest middle of each spot, -1 where none is near. */
-function ownersOf({ directions, flux }: Spots, middles: readonly Vector3[]): Int32Array {
-  return Int32Array.from(flux, (_, k) => {
-    const cosines = middles.map((middle) => cosine(directions, k, middle)), nearest = Math.max(...cosines);
-    return nearest >= REACH ? cosines.indexOf(nearest) : -1;
-  });
-}
-
-function cosine(directions: Float64Array, k: number, [x, y, z]: Vector3): number {
-  return directions[3 * k]! * x + directions[3 * k + 1]! * y + directions[3 * k + 2]! * z;
-}
-
-function mean(directions: Float64Array, weights: Float64Array): Vector3 {
-  const sum = [0, 0, 0];
-  weights.forEach((weight, k) => [0, 1, 2].forEach((c) => (sum[c]! += weight * directions[3 * k + c]!)));
-  return unit(sum);
-}
-
-function unit(v: readonly number[]): Vector3 {
-  const length = Math.hypot(...v);
-  return v.map((value) => value / length) as unknown as Vector3;
+  return bands;
 }

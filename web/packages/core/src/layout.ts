@@ -26,7 +26,7 @@ export function layerScales(extras: unknown): readonly LayerScales[] {
   return scales;
 }
 
-/** Nine RGB coefficients of a sky, one after the other: 27 numbers, linear radiance. */
+/** RGB coefficients of a sky, one after the other, linear radiance: nine, which are 27 numbers, but where an order is told. */
 export type Light = Float64Array;
 
 export function lightOf(coefficients: readonly (readonly number[])[]): Light {

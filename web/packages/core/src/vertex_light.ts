@@ -8,11 +8,11 @@ import type { Matrix3 } from "./matrix.js";
 const NUMBERS = 3 * COEFFICIENTS;
 
 /**
- * Radiance of white surfaces with transport: 27 numbers for each vertex of `out`, in the axes of the light; those of layer i,
- * times `scales[i]`, are transport.
+ * Radiance of white surfaces with transport: 27 numbers for each vertex of `out`, in the axes of the light, which
+ * times a scale are transport.
  */
-export function sumTransport(numbers: ArrayLike<number>, scales: ArrayLike<number>, light: Light, out: Float32Array): void {
-  const weights = light.map((value, k) => value * scales[Math.floor(k / 3)]!);
+export function sumTransport(numbers: ArrayLike<number>, scale: number, light: Light, out: Float32Array): void {
+  const weights = light.map((value) => value * scale);
   for (let vertex = 0, at = 0; vertex < out.length; vertex += 3) {
     let r = 0, g = 0, b = 0;
     for (let k = 0; k < NUMBERS; k += 3, at += 3) {
@@ -28,7 +28,7 @@ export function sumTransport(numbers: ArrayLike<number>, scales: ArrayLike<numbe
 
 /**
  * Takes from the radiance of white surfaces what lamps of the sky show instead: their part of the direct transport, of which there are nine
- * whole numbers for each vertex of `out`, times `scale`, at places 0 to 2, 4 to 6 and 8 to 10 of twelve.
+ * whole numbers for each vertex of `out`, times a scale, at places 0 to 2, 4 to 6 and 8 to 10 of twelve.
  */
 export function takeLamps(direct: ArrayLike<number>, scale: number, lamps: Light, out: Float32Array): void {
   const weights = lamps.map((value) => value * scale);

@@ -3,19 +3,22 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { findLamps, lightOfLamps, type Picture } from "../src/index.js";
+import { findLamps, lightOfLamps, MEASURED_ORDER, type Picture, projected, truncation } from "../src/index.js";
 import { golden, near } from "./golden.js";
 
 const numbers = golden<{
   height: number; background: number[]; texels: number[][]; most: number; directions: number[][]; irradiances: number[]; radii: number[];
-  colour: number[]; light: number[][]; one: number[];
+  colour: number[]; light: number[][]; one: number[]; spots: number[]; strengths: number[][]; enough: number; counts: number[]; truncations: number[];
 }>("lamps");
 
-/** The top row first. */
-function picture(): Picture {
-  const { height, background, texels } = numbers, width = 2 * height, pixels = new Float32Array(3 * width * height);
+/** The top row first; spots are as bright as the golden sky's, times these strengths. */
+function picture(strengths = [1, 1, 1, 1, 1]): Picture {
+  const { height, background, texels, spots } = numbers, width = 2 * height, pixels = new Float32Array(3 * width * height);
   pixels.forEach((_, k) => (pixels[k] = background[k % 3]!));
-  for (const [row, column, ...rgb] of texels) pixels.set(rgb, 3 * (row! * width + column!));
+  texels.forEach(([row, column, ...rgb], k) => {
+    const strength = strengths[spots[k]!]!;
+    if (strength > 0) pixels.set(rgb.map((value) => value * strength), 3 * (row! * width + column!));
+  });
   return { width, height, pixels };
 }
 
@@ -37,4 +40,10 @@ test("a sky without spots has none, and none are found that are not wanted", () 
     assert.equal(found.lamps.length, 0);
     assert.ok(lightOfLamps(found).every((value) => value === 0));
   }
+});
+
+test("what skies lose beyond order 2, and the fewest lamps that bring it down: as many as Blender takes", () => {
+  const skies = numbers.strengths.map(picture);
+  near(skies.map((sky) => truncation(projected(sky, MEASURED_ORDER, false))), numbers.truncations, 1e-6);
+  assert.deepEqual(skies.map((sky) => findLamps(sky, numbers.most, numbers.enough).lamps.length), numbers.counts);
 });

@@ -15,9 +15,9 @@ test("sums of transport and light, without negative channels", () => {
   numbers.transport.forEach((rows, k) => near(shown(rows.flat(), light), numbers.shown[k]!, 1e-12));
 });
 
-test("the light of whole meshes is that of their vertices, whatever their layers are scaled by", () => {
-  const light = lightOf(numbers.light), scales = [0.5, 2, 4, 8, 0.25, 1, 16, 32, 64], out = new Float32Array(3 * numbers.transport.length);
-  sumTransport(numbers.transport.flatMap((rows) => rows.flatMap((rgb, i) => rgb.map((value) => value / scales[i]!))), scales, light, out);
+test("the light of whole meshes is that of their vertices, whatever they are scaled by", () => {
+  const light = lightOf(numbers.light), scale = 0.25, out = new Float32Array(3 * numbers.transport.length);
+  sumTransport(numbers.transport.flat(2).map((value) => value / scale), scale, light, out);
   numbers.shown.forEach((wanted, k) => near(withoutNegatives([...out.subarray(3 * k, 3 * k + 3)] as unknown as Vector3), wanted, 1e-6));
 });
 

@@ -96,7 +96,7 @@ function transportOf(transport: Transport, kept: Uint32Array): Transport {
 }
 
 /** Rows of an array, of so many numbers each. */
-function taken<Numbers extends Float32Array | Int16Array | Int8Array>(from: Numbers, rows: Uint32Array, width: number): Numbers {
+function taken<Numbers extends Float32Array | Int16Array>(from: Numbers, rows: Uint32Array, width: number): Numbers {
   const out = from.slice(0, width * rows.length) as Numbers;
   rows.forEach((row, k) => out.set(from.subarray(width * row, width * (row + 1)), width * k));
   return out;

@@ -35,28 +35,14 @@ void mirrors(vec3 n, vec3 view, float metallic, float rough, vec3 light, float s
   summand = (other + sky) * dielectric + sky * metal.y;
 }`;
 
-/** The same in each pixel, with normals and kinds of gloss from pictures. */
+/** The same in each pixel, with kinds of gloss from pictures; along a normal that looks out of the side that is seen. */
 export const GLSL_GLOSS = `
 centroid in float skySeen;
-uniform sampler2D glossTexture, normalTexture;
-uniform vec4 glossPlacing, normalPlacing;
-uniform int glossCoordinates, normalCoordinates;
-uniform float normalScale;
+uniform sampler2D glossTexture;
+uniform vec4 glossPlacing;
+uniform int glossCoordinates;
 
-vec3 detailed(vec3 n) {
-#ifdef NORMAL_PICTURE
-  vec2 at = placed(normalPlacing, normalCoordinates);
-  vec3 detail = 2.0 * texture(normalTexture, at).rgb - 1.0;
-  vec3 across = cross(dFdy(spot), n), along = cross(n, dFdx(spot)); // Schueler 2013, "Normal Mapping Without Precomputed Tangents"
-  vec2 right = dFdx(at), down = dFdy(at);
-  vec3 tangent = across * right.x + along * down.x, bitangent = across * right.y + along * down.y;
-  float scale = inversesqrt(max(max(dot(tangent, tangent), dot(bitangent, bitangent)), 1e-30));
-  n = normalize(normalScale * scale * (detail.x * tangent - detail.y * bitangent) + detail.z * n);
-#endif
-  return n;
-}
-
-vec3 glossy(vec3 base, vec3 light, vec3 suns) {
+vec3 glossy(vec3 n, vec3 base, vec3 light, vec3 suns) {
   float metallic = gloss.x, rough = gloss.y;
 #ifdef GLOSS_PICTURE
   vec2 kind = texture(glossTexture, placed(glossPlacing, glossCoordinates)).bg;
@@ -65,7 +51,7 @@ vec3 glossy(vec3 base, vec3 light, vec3 suns) {
 #endif
   vec3 view = normalize(eye.xyz - eye.w * spot), factor, summand;
   float diffuse;
-  mirrors(detailed(gl_FrontFacing ? normalize(facing) : -normalize(facing)), view, metallic, rough, light, skySeen, factor, summand, diffuse);
+  mirrors(n, view, metallic, rough, light, skySeen, factor, summand, diffuse);
   return base * (factor + diffuse * suns) + summand;
 }`;
 

@@ -24,7 +24,7 @@ export class GpuInstance {
       const { values, width, stride, offset } = attribute;
       gl.bindBuffer(gl.ARRAY_BUFFER, values);
       gl.enableVertexAttribArray(index);
-      gl.vertexAttribPointer(index, width, stride ? gl.BYTE : gl.FLOAT, false, stride ?? 0, offset ?? 0);
+      gl.vertexAttribPointer(index, width, stride ? gl.SHORT : gl.FLOAT, false, stride ?? 0, offset ?? 0);
     });
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, on.triangles);
     gl.bindVertexArray(null);
@@ -34,9 +34,9 @@ export class GpuInstance {
   relight(light: Light, lamps: Light | null, baked: boolean): void {
     const { gl, instance } = this, { mesh, axes, world } = instance;
     if (baked && mesh.transport) {
-      const { numbers, scales, inOwnAxes, direct, directScale } = mesh.transport, own = (of: Light) => (inOwnAxes ? turned(of, axes) : of);
-      sumTransport(numbers, scales, own(light), this.light);
-      if (lamps && direct) takeLamps(direct, directScale, own(lamps), this.light);
+      const { numbers, scale, inOwnAxes, direct } = mesh.transport, own = (of: Light) => (inOwnAxes ? turned(of, axes) : of);
+      sumTransport(numbers, scale, own(light), this.light);
+      if (lamps && direct) takeLamps(direct, scale, own(lamps), this.light);
     } else {
       sumUnshadowed(mesh.normals, normalMatrix(world), light, this.light);
     }

@@ -9,7 +9,7 @@ export interface Attribute {
   readonly values: WebGLBuffer;
   /** Numbers a vertex. */
   readonly width: number;
-  /** Bytes, where the attribute is one of several numbers of a byte, which begin at an offset. */
+  /** Bytes, where the attribute is one of several whole numbers of two bytes, which begin at an offset. */
   readonly stride?: number;
   readonly offset?: number;
 }
@@ -24,12 +24,12 @@ export class GpuMesh {
     const direct = material.gloss && transport?.direct ? this.values(transport.direct) : null;
     this.attributes = [
       floats(positions, 3), null, ...coordinates.map((data) => floats(data, 2)), material.gloss || transport ? floats(normals, 3) : null,
-      ...[0, 4, 8].map((offset) => direct && { values: direct, width: 3, stride: DIRECT_STRIDE, offset }),
+      ...[0, 8, 16].map((offset) => direct && { values: direct, width: 3, stride: 2 * DIRECT_STRIDE, offset }),
     ];
     this.triangles = buffer(gl, gl.ELEMENT_ARRAY_BUFFER, triangles as Uint32Array<ArrayBuffer>);
   }
 
-  private values(data: Float32Array | Int8Array): WebGLBuffer {
+  private values(data: Float32Array | Int16Array): WebGLBuffer {
     return buffer(this.gl, this.gl.ARRAY_BUFFER, data as Float32Array<ArrayBuffer>);
   }
 }

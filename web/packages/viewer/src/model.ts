@@ -3,7 +3,7 @@
 
 import { fromColumns, type Matrix3, multiplied, transposed, unitColumns, type Vector3 } from "@prt-relight/core";
 import { fromLinear, linearPart, type Matrix4, placed, product, transformed } from "./matrix4.js";
-import { unpacked, unpackedDirect } from "./transport.js";
+import { unpacked } from "./transport.js";
 
 /** Blender's X, Y and Z in glTF's axes, which are Y up. */
 const AXES: Matrix3 = fromColumns([1, 0, 0], [0, 0, -1], [0, 1, 0]);
@@ -28,6 +28,9 @@ export interface Material {
   readonly alpha: "OPAQUE" | "MASK" | "BLEND";
   readonly cutoff: number;
   readonly doubleSided: boolean;
+  /** Where the surface is bent, and how much. */
+  readonly normalTexture: Texture | null;
+  readonly normalScale: number;
   /** Null of what mirrors nothing. */
   readonly gloss: Gloss | null;
 }
@@ -40,18 +43,16 @@ export interface Gloss {
   readonly straight: number;
   /** Roughness in green, metallic in blue. */
   readonly texture: Texture | null;
-  readonly normalTexture: Texture | null;
-  readonly normalScale: number;
 }
 
 export interface Transport {
   /** 27 whole numbers a vertex. */
   readonly numbers: Int16Array;
-  readonly scales: readonly number[];
+  /** What they are multiplied by. */
+  readonly scale: number;
   readonly inOwnAxes: boolean;
-  /** Of what is glossy: nine numbers of the direct part a vertex, at places of twelve, and what they are multiplied by. */
-  readonly direct: Int8Array | null;
-  readonly directScale: number;
+  /** Of what is glossy or lit by suns: nine numbers of the direct part a vertex, at places of twelve. */
+  readonly direct: Int16Array | null;
 }
 
 export interface Mesh {
@@ -128,7 +129,7 @@ function boundsOf(instances: readonly Pick<Instance, "mesh" | "world">[]): { lea
 
 const PLAIN: Material = {
   colour: [0.8, 0.8, 0.8, 1], texture: null, emission: [0, 0, 0], emissionTexture: null, alpha: "OPAQUE",
-  cutoff: 0.5, doubleSided: true, gloss: null,
+  cutoff: 0.5, doubleSided: true, normalTexture: null, normalScale: 1, gloss: null,
 };
 
 function materialOf(document: Json, material: Json, images: readonly ImageBitmap[]): Material {
@@ -142,6 +143,8 @@ function materialOf(document: Json, material: Json, images: readonly ImageBitmap
     alpha: material.alphaMode ?? "OPAQUE",
     cutoff: material.alphaCutoff ?? 0.5,
     doubleSided: material.doubleSided ?? false,
+    normalTexture: textureOf(document, material.normalTexture, images, false),
+    normalScale: material.normalTexture?.scale ?? 1,
     gloss: material.pbrMetallicRoughness ? glossOf(document, material, images) : null,
   };
 }
@@ -155,8 +158,6 @@ function glossOf(document: Json, material: Json, images: readonly ImageBitmap[])
     metallic, straight,
     roughness: surface.roughnessFactor ?? 1,
     texture: textureOf(document, surface.metallicRoughnessTexture, images, false),
-    normalTexture: textureOf(document, material.normalTexture, images, false),
-    normalScale: material.normalTexture?.scale ?? 1,
   };
 }
 
@@ -204,11 +205,9 @@ class Reader {
         : Uint32Array.from(this.numbers(primitive.indices)),
       transport: packed
         ? {
-          numbers: unpacked(this.slice(packed.view), vertices),
-          scales: packed.scales,
+          ...unpacked(this.slice(packed.view), vertices, packed.tints, packed.direct),
+          scale: packed.scale,
           inOwnAxes: packed.space === "OBJECT",
-          direct: packed.direct === undefined ? null : unpackedDirect(this.slice(packed.direct), vertices),
-          directScale: packed.directScale ?? 0,
         }
         : null,
     };

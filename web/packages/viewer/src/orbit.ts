@@ -7,6 +7,7 @@ import type { Model } from "./model.js";
 import type { Camera } from "./page.js";
 
 const STEEPEST = 1.55; // radians above and below the horizon
+const UPRIGHT = 1e-4; // sine of the angle to the vertical, under which that to the horizon says nothing of how a camera is turned
 const SKY_TANGENT = 0.45; // how widely an orthographic camera sees the sky, of which it should see one point
 
 export class Orbit {
@@ -34,10 +35,11 @@ export class Orbit {
       [this.azimuth, this.elevation, this.distance, this.target] = [-1.2, 0.3, 1.25 * this.size, centre];
       return;
     }
-    const { position, target, tangents } = this.start;
+    const { position, target, right, tangents } = this.start;
     const away = [0, 1, 2].map((k) => position[k]! - target[k]!) as unknown as Vector3;
     this.distance = Math.hypot(...away);
-    this.azimuth = Math.atan2(away[1], away[0]);
+    const isUpright = Math.hypot(away[0], away[1]) > UPRIGHT * this.distance;
+    this.azimuth = isUpright ? Math.atan2(away[1], away[0]) : Math.atan2(-right[0]!, right[1]!);
     this.elevation = Math.asin(away[2] / this.distance);
     this.target = target as unknown as Vector3;
     this.tangents = tangents;

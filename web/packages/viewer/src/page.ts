@@ -35,10 +35,20 @@ export interface ViewEntry {
 export interface Camera {
   readonly position: readonly number[];
   readonly target: readonly number[];
+  /** A unit vector to its right, which says how it is turned where it looks straight down or up. */
+  readonly right: readonly number[];
   /** Half of what the frame takes, across and up, over the distance: of a lens, the tangents of half its angles. */
   readonly tangents: readonly [number, number];
   /** Whether it looks everywhere the same way. */
   readonly orthographic: boolean;
+}
+
+/** How suns are taken out of skies that are opened. */
+export interface SunRule {
+  /** So many at most: 0 where bakes lack their direct part. */
+  readonly most: number;
+  /** Truncation of the light under which no more are looked for; 0 for as many as there are. */
+  readonly enough: number;
 }
 
 export interface Description {
@@ -46,8 +56,7 @@ export interface Description {
   readonly camera: Camera | null;
   readonly exposure: number;
   readonly skies: readonly SkyEntry[];
-  /** How many suns may be taken out of skies that are opened: 0 where bakes lack their direct part. */
-  readonly mostSuns: number;
+  readonly suns: SunRule;
   readonly views: readonly ViewEntry[];
   /** Index of the view to begin with. */
   readonly view: number;

@@ -43,7 +43,7 @@ export function fillPanel(viewer: Viewer, title: string): void {
     shading(SHADINGS.findIndex(([name]) => name === viewer.shading));
     view(viewer.view);
     while (sky.length < viewer.skies.length) sky.add(new Option(viewer.skies[sky.length]!.name));
-    sky.selectedIndex = viewer.sky;
+    if (sky.selectedIndex !== viewer.sky) sky.selectedIndex = viewer.sky;
   };
   viewer.addEventListener("change", show);
   show();
@@ -54,9 +54,15 @@ export function fillPanel(viewer: Viewer, title: string): void {
 /** Wires a slider; the result shows a value on it, and in words beside it. */
 function slider(id: string, set: (value: number) => void): (value: number, text: string) => void {
   const input = element<HTMLInputElement>(id), output = element(`${id}-value`);
-  input.addEventListener("input", () => set(input.valueAsNumber));
+  let last = "";
+  input.addEventListener("input", () => {
+    last = "";
+    set(input.valueAsNumber);
+  });
   input.addEventListener("dblclick", () => set(0));
   return (value, text) => {
+    if (`${value} ${text}` === last) return; // what is written is laid out and painted again, which frames of the scene wait for
+    last = `${value} ${text}`;
     input.valueAsNumber = value;
     output.textContent = text;
     const share = (input.valueAsNumber - Number(input.min)) / (Number(input.max) - Number(input.min));
@@ -84,7 +90,7 @@ function takeFiles(viewer: Viewer): void {
   const open = async (file: File | undefined) => {
     if (!file) return;
     try {
-      viewer.add(await openedSky(file, viewer.mostSuns));
+      viewer.add(await openedSky(file, viewer.suns));
       say("");
     } catch (error) {
       say((error as Error).message);

@@ -9,7 +9,7 @@ import { Drawables } from "./drawables.js";
 import type { GL } from "./gl.js";
 import { isMirrored, type Matrix4, product } from "./matrix4.js";
 import { MirroredSky } from "./mirrored_sky.js";
-import type { Instance, Model } from "./model.js";
+import type { Instance, Material, Model } from "./model.js";
 import type { Orbit } from "./orbit.js";
 import type { Quality } from "./pace.js";
 import { Shadows } from "./shadows.js";
@@ -28,14 +28,29 @@ export interface Frame {
   readonly table: Uint8Array | null;
 }
 
+/** What is drawn of an instance at once. */
+interface Part {
+  readonly instance: Instance;
+  readonly material: Material;
+}
+
+const SOLID = 0.99; // alpha, from which on a texel of what is clear hides what is behind
+
+/** Of what is clear the texels that are not: drawn before what is seen through the others, they need no order. */
+function solidPart(instance: Instance): Part[] {
+  const { material } = instance.mesh;
+  if (material.alpha !== "BLEND") return [{ instance, material }];
+  return material.texture ? [{ instance, material: { ...material, alpha: "MASK", cutoff: SOLID } }] : [];
+}
+
 export class Renderer {
   private readonly surfaces: Surfaces;
   private readonly backdrop: Backdrop;
   private readonly mirrored: MirroredSky;
   private readonly shadows: Shadows;
   private readonly display: Display;
-  private readonly solid: readonly Instance[];
-  private readonly clear: readonly Instance[];
+  private readonly solid: readonly Part[];
+  private readonly clear: readonly Part[];
   private readonly fine: Drawables;
   private coarse: Drawables | null = null;
   private target: Target | null = null;
@@ -51,10 +66,10 @@ export class Renderer {
     this.surfaces = new Surfaces(gl);
     this.backdrop = new Backdrop(gl);
     this.mirrored = new MirroredSky(gl, this.backdrop);
-    this.shadows = new Shadows(gl, model);
+    this.shadows = new Shadows(gl, this.surfaces, model);
     this.display = new Display(gl);
-    this.solid = instances.filter(({ mesh }) => mesh.material.alpha !== "BLEND");
-    this.clear = instances.filter(({ mesh }) => mesh.material.alpha === "BLEND");
+    this.solid = instances.flatMap(solidPart);
+    this.clear = instances.filter(({ mesh }) => mesh.material.alpha === "BLEND").map((instance) => ({ instance, material: instance.mesh.material }));
     this.fine = new Drawables(gl, model);
   }
 
@@ -84,11 +99,11 @@ export class Renderer {
   /** Draws what is solid, the nearest object first, the sky where nothing is (if its quality is given), and what can be seen through, the farthest first. */
   private drawInto(target: Target, frame: Frame, orbit: Orbit, covered: number, coarse: boolean, sky: Quality | null): void {
     const { gl } = this, aspect = target.width / target.height, clip = orbit.clip(aspect, covered), eye = orbit.position;
-    const distance = ({ centre }: Instance) => Math.hypot(...centre.map((value, k) => value - eye[k]!));
+    const distance = ({ instance: { centre } }: Part) => Math.hypot(...centre.map((value, k) => value - eye[k]!));
     const drawables = this.lit(coarse, frame), baked = frame.shading !== "unshadowed";
     const suns = baked ? this.shadows.of(frame.sky, frame.turn, drawables, coarse) : null;
     const surroundings = { ...frame, coarse, suns, eye: orbit.eye, mirrored: this.mirroredSky(frame) };
-    const draw = (instance: Instance) => this.drawInstance(drawables, instance, product(clip, instance.world), surroundings);
+    const draw = (part: Part) => this.drawPart(drawables, part, product(clip, part.instance.world), surroundings);
     target.begin();
     gl.enable(gl.DEPTH_TEST);
     gl.depthFunc(gl.LEQUAL);
@@ -105,9 +120,9 @@ export class Renderer {
     return isSeen ? this.mirrored.textureOf(sky) : null;
   }
 
-  private drawInstance(drawables: Drawables, instance: Instance, place: Matrix4, surroundings: Surroundings): void {
+  private drawPart(drawables: Drawables, { instance, material }: Part, place: Matrix4, surroundings: Surroundings): void {
     const { gl } = this;
-    this.surfaces.begin(instance, place, surroundings);
+    this.surfaces.begin(instance, material, place, surroundings);
     gl.frontFace(isMirrored(instance.world) ? gl.CW : gl.CCW);
     drawables.draw(instance);
   }

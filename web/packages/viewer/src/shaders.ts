@@ -3,6 +3,7 @@
 
 import { GLSL_VIEW, GLSL_WITHOUT_NEGATIVES, K_0, K_1, K_XX, K_XY, K_ZZ } from "@prt-relight/core";
 import { GLSL_EQUIRECT, GLSL_GLOSS, GLSL_MIRRORS } from "./gloss_shaders.js";
+import { GLSL_NORMALS } from "./normal_shaders.js";
 import { GLSL_SUNS } from "./sun_shaders.js";
 
 export const HEAD = `#version 300 es
@@ -11,16 +12,36 @@ precision highp int;
 precision highp sampler2D;
 `;
 
-/** What the program of a surface can do beside being lit. */
+/** What the program of a surface can do beside being lit; SHADOW keeps its depth alone, as a sun sees it. */
 export type Feature =
+  | "SHADOW"
   | "TEXTURED" | "GLOWING" | "GLOWING_PICTURE" | "CUT" | "CLEAR" | "WHITE"
   | "SUNNY" | "SUNNY_COARSELY" | "GLOSSY" | "GLOSSY_AT_VERTICES" | "GLOSS_PICTURE" | "NORMAL_PICTURE" | "SKY_SEEN";
 
 /** The programs of a surface: vertex and fragment. */
 export function surfaceShaders(features: readonly Feature[]): [string, string] {
   const defined = features.map((name) => `#define ${name}\n`).join("");
-  return [HEAD + defined + SURFACE_VERTEX, HEAD + defined + SURFACE_FRAGMENT];
+  const [vertex, fragment] = features.includes("SHADOW") ? [SHADOW_VERTEX, SHADOW_FRAGMENT] : [SURFACE_VERTEX, SURFACE_FRAGMENT];
+  return [HEAD + defined + vertex, HEAD + defined + fragment];
 }
+
+/** The surface's own colour, with its alpha. */
+const GLSL_COLOUR = `
+in vec2 place0, place1;
+uniform vec4 colour, colourPlacing;
+uniform sampler2D colourTexture;
+uniform int colourCoordinates;
+uniform float cutoff;
+vec2 placed(vec4 placing, int index) {
+  return (index == 1 ? place1 : place0) * placing.zw + placing.xy;
+}
+vec4 ownColour() {
+#ifdef TEXTURED
+  return colour * texture(colourTexture, placed(colourPlacing, colourCoordinates));
+#else
+  return colour;
+#endif
+}`;
 
 const SURFACE_VERTEX = `
 in vec3 position;
@@ -82,18 +103,14 @@ const SURFACE_FRAGMENT = `
 centroid in vec3 radiance;
 centroid in vec3 facing;
 in vec3 spot;
-in vec2 place0, place1;
-uniform vec4 eye;
-uniform vec4 colour, colourPlacing, emissionPlacing;
+uniform vec4 eye, emissionPlacing;
 uniform vec3 emission;
-uniform sampler2D colourTexture, emissionTexture;
-uniform int colourCoordinates, emissionCoordinates;
-uniform float cutoff;
+uniform sampler2D emissionTexture;
+uniform int emissionCoordinates;
 out vec4 shown;
+${GLSL_COLOUR}
 ${GLSL_WITHOUT_NEGATIVES}
-vec2 placed(vec4 placing, int index) {
-  return (index == 1 ? place1 : place0) * placing.zw + placing.xy;
-}
+${GLSL_NORMALS}
 #ifdef GLOSSY
 ${GLSL_MIRRORS}
 ${GLSL_GLOSS}
@@ -107,24 +124,23 @@ ${GLSL_SUNS}
 #endif
 
 void main() {
-  vec4 surface = colour;
-#ifdef TEXTURED
-  surface *= texture(colourTexture, placed(colourPlacing, colourCoordinates));
+  vec4 surface = ownColour();
+#if defined(GLOSSY) || defined(SUNNY)
+  vec3 n = normalize(gl_FrontFacing ? facing : -facing), bent = detailed(n);
 #endif
 #ifdef CUT
   if (surface.a < cutoff) discard;
 #endif
   vec3 suns = vec3(0.0);
 #ifdef SUNNY
-  vec3 n = normalize(facing);
-  suns = sunLight(spot, dot(n, eye.xyz - eye.w * spot) < 0.0 ? -n : n);
+  suns = sunLight(spot, n, bent);
 #endif
 #ifdef GLOSSY_AT_VERTICES
   vec3 light = surface.rgb * (factor + diffuse * suns) + summand;
 #else
   vec3 light = withoutNegatives(radiance);
 #ifdef GLOSSY
-  light = glossy(surface.rgb, light, suns);
+  light = glossy(bent, surface.rgb, light, suns);
 #elif defined(WHITE)
   light += suns;
 #else
@@ -179,15 +195,32 @@ void main() {
   shown = vec4(strength * (smoothly ? smoothed(at) : textureLod(picture, at, 0.0).rgb), 1.0);
 }`;
 
-
-/** What a sun sees, of which only the depth is kept. */
-export const SHADOW_VERTEX = `${HEAD}
+const SHADOW_VERTEX = `
 in vec3 position;
+in vec2 coordinates0, coordinates1;
 uniform mat4 place;
-void main() { gl_Position = place * vec4(position, 1.0); }`;
+out vec2 place0, place1;
+void main() {
+  place0 = coordinates0;
+  place1 = coordinates1;
+  gl_Position = place * vec4(position, 1.0);
+}`;
 
-export const SHADOW_FRAGMENT = `${HEAD}
-void main() {}`;
+/** What is clear leaves as many texels out as light passes: shadows are looked up in many (Jimenez 2014's gradient noise spreads them). */
+const SHADOW_FRAGMENT = `
+#if defined(CUT) || defined(CLEAR)
+${GLSL_COLOUR}
+void main() {
+#ifdef CUT
+  float least = cutoff;
+#else
+  float least = fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715))));
+#endif
+  if (ownColour().a < least) discard;
+}
+#else
+void main() {}
+#endif`;
 
 /** A triangle that covers the screen. */
 export const DISPLAY_VERTEX = `${HEAD}

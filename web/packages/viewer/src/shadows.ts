@@ -3,13 +3,13 @@
 
 import { applied, type Matrix3, transposed, type Vector3 } from "@prt-relight/core";
 import type { Drawables } from "./drawables.js";
-import { compiled, type GL, type Program } from "./gl.js";
+import type { GL } from "./gl.js";
 import { type Matrix4, product } from "./matrix4.js";
 import type { Instance, Model } from "./model.js";
 import type { SunEntry } from "./page.js";
-import { SHADOW_FRAGMENT, SHADOW_VERTEX } from "./shaders.js";
 import type { Sky } from "./sky.js";
 import { MOST_SUNS } from "./sun_shaders.js";
+import type { Surfaces } from "./surfaces.js";
 
 const FINE = 2048, COARSE = 1024; // texels of a map, along each side
 
@@ -29,16 +29,14 @@ export interface Suns {
 }
 
 export class Shadows {
-  private readonly program: Program;
   private readonly casters: readonly Instance[];
   private readonly centre: Vector3;
   private readonly reach: number;
   private readonly maps = new Map<number, WebGLTexture>();
   private drawn: { readonly sky: Sky; readonly turn: Matrix3; readonly coarse: boolean; readonly suns: Suns } | null = null;
 
-  constructor(private readonly gl: GL, { instances, least, most }: Model) {
-    this.program = compiled(gl, SHADOW_VERTEX, SHADOW_FRAGMENT);
-    this.casters = instances.filter(({ mesh }) => mesh.material.alpha !== "BLEND");
+  constructor(private readonly gl: GL, private readonly surfaces: Surfaces, { instances, least, most }: Model) {
+    this.casters = instances;
     this.centre = [0, 1, 2].map((k) => (least[k]! + most[k]!) / 2) as unknown as Vector3;
     this.reach = (Math.hypot(most[0] - least[0], most[1] - least[1], most[2] - least[2]) / 2 || 1) * 1.01;
   }
@@ -74,19 +72,18 @@ export class Shadows {
   }
 
   private draw(maps: WebGLTexture, size: number, places: readonly Matrix4[], drawables: Drawables): void {
-    const { gl, program } = this, framebuffer = gl.createFramebuffer();
+    const { gl, surfaces } = this, framebuffer = gl.createFramebuffer();
     gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
     gl.viewport(0, 0, size, size);
     gl.enable(gl.DEPTH_TEST);
     gl.depthFunc(gl.LEQUAL);
     gl.depthMask(true);
     gl.disable(gl.CULL_FACE);
-    gl.useProgram(program.program);
     places.forEach((place, layer) => {
       gl.framebufferTextureLayer(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, maps, 0, layer);
       gl.clear(gl.DEPTH_BUFFER_BIT);
       for (const instance of this.casters) {
-        gl.uniformMatrix4fv(program.uniforms["place"]!, false, Float32Array.from(product(place, instance.world)));
+        surfaces.beginShadow(instance, product(place, instance.world));
         drawables.draw(instance);
       }
     });

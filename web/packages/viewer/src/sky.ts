@@ -3,7 +3,7 @@
 
 import { findLamps, fromColumns, IDENTITY, lightOfLamps, type Light, lightOf, type Matrix3, type Picture, projected, readRadiance, transposed, type Vector3 } from "@prt-relight/core";
 import { readExr } from "./exr.js";
-import { file, type SkyEntry, type SunEntry } from "./page.js";
+import { file, type SkyEntry, type SunEntry, type SunRule } from "./page.js";
 
 export interface Sky {
   readonly name: string;
@@ -33,8 +33,8 @@ export async function embeddedSky(entry: SkyEntry): Promise<Sky> {
 
 const READERS: Record<string, (bytes: Uint8Array) => Picture> = { hdr: readRadiance, exr: readExr };
 
-/** A sky of a person's own, with so many suns at most; throws an Error whose message is a sentence. */
-export async function openedSky(chosen: File, mostSuns: number): Promise<Sky> {
+/** A sky of a person's own, whose suns are taken out by a rule; throws an Error whose message is a sentence. */
+export async function openedSky(chosen: File, { most, enough }: SunRule): Promise<Sky> {
   const [, name, kind] = /^(.*)\.(\w+)$/.exec(chosen.name) ?? [], read = READERS[kind?.toLowerCase() ?? ""];
   if (!read) throw new Error(`"${chosen.name}" is no .hdr or .exr file: other panoramas must be converted to one.`);
   let picture: Picture;
@@ -46,7 +46,7 @@ export async function openedSky(chosen: File, mostSuns: number): Promise<Sky> {
   if (Math.abs(picture.width - 2 * picture.height) > 1) {
     throw new Error(`"${chosen.name}" is ${picture.width} × ${picture.height}: a panorama is twice as wide as high.`);
   }
-  const found = findLamps(picture, mostSuns);
+  const found = findLamps(picture, most, enough);
   const suns = found.lamps.map(({ direction, irradiance, radius }) => (
     { direction, radius, irradiance: found.colour.map((channel) => irradiance * channel) as unknown as Vector3 }
   ));

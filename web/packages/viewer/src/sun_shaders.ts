@@ -49,13 +49,13 @@ float sunSeen(vec3 at, vec2 slope, int sun) {
 }
 #endif
 
-/** Radiance of a white surface at a place, with a unit normal that looks to the eye. */
-vec3 sunLight(vec3 place, vec3 n) {
+/** Radiance of a white surface at a place, with a unit normal that looks to the eye, and the same as a picture bends it. */
+vec3 sunLight(vec3 place, vec3 n, vec3 bent) {
   vec3 sum = vec3(0.0);
   float texel = 2.0 * sunReach / float(textureSize(sunMaps, 0).x);
   for (int k = 0; k < sunCount; k++) {
-    float cosine = dot(n, sunDirections[k]);
-    if (cosine <= 0.0) continue;
+    float cosine = dot(bent, sunDirections[k]);
+    if (min(cosine, dot(n, sunDirections[k])) <= 0.0) continue;
     vec3 clear = place + texel * (1.5 * n + sunDirections[k]); // off the surface, which the map knows by its texels alone
     vec3 at = 0.5 + 0.5 * (sunPlaces[k] * vec4(clear, 1.0)).xyz, across = mat3(sunPlaces[k]) * n;
     vec2 slope = clamp(across.xy / max(-across.z, 1e-4), -4.0, 4.0);

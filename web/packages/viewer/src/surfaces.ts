@@ -4,7 +4,7 @@
 import { IDENTITY, type Matrix3 } from "@prt-relight/core";
 import { bindTexture, compiled, type GL, type Program, texture } from "./gl.js";
 import { type Matrix4, normalMatrix } from "./matrix4.js";
-import type { Gloss, Instance, Mesh, Texture } from "./model.js";
+import type { Gloss, Instance, Material, Mesh, Texture } from "./model.js";
 import { type Feature, surfaceShaders } from "./shaders.js";
 import type { Suns } from "./shadows.js";
 import type { Sky } from "./sky.js";
@@ -35,17 +35,15 @@ export class Surfaces {
 
   constructor(private readonly gl: GL) {}
 
-  /** Makes ready to draw the triangles of an instance, by the matrix that takes them to what WebGL clips. */
-  begin(instance: Instance, place: Matrix4, surroundings: Surroundings): void {
-    const { gl } = this, { material } = instance.mesh, { shading, suns } = surroundings, white = shading === "light";
-    const program = this.programFor(featuresOf(instance.mesh, surroundings)), { uniforms } = program;
-    gl.useProgram(program.program);
-    gl.uniformMatrix4fv(uniforms["place"]!, false, Float32Array.from(place));
-    gl.uniform4fv(uniforms["colour"]!, material.colour as number[]);
+  /** Makes ready to draw the triangles of an instance with a material, by the matrix that takes them to what WebGL clips. */
+  begin(instance: Instance, material: Material, place: Matrix4, surroundings: Surroundings): void {
+    const { gl } = this, { shading, suns } = surroundings, white = shading === "light";
+    const program = this.programFor(featuresOf(instance.mesh, material, surroundings)), { uniforms } = program;
+    this.beginColour(material, place, program);
     gl.uniform3fv(uniforms["emission"]!, material.emission as number[]);
-    if (material.alpha === "MASK") gl.uniform1f(uniforms["cutoff"]!, material.cutoff);
-    this.lay(0, material.texture, program, "colour");
     this.lay(1, material.emissionTexture, program, "emission");
+    this.lay(3, material.normalTexture, program, "normal");
+    gl.uniform1f(uniforms["normalScale"]!, material.normalScale);
     this.beginSpace(instance, program, surroundings);
     if (suns && instance.mesh.transport) this.beginSuns(suns, program);
     if (material.gloss && !white) this.beginGloss(instance, material.gloss, program, surroundings);
@@ -53,6 +51,20 @@ export class Surfaces {
     gl.depthMask(!clear);
     gl[clear ? "enable" : "disable"](gl.BLEND);
     gl[material.doubleSided ? "disable" : "enable"](gl.CULL_FACE);
+  }
+
+  /** The same for what a sun sees, of which only the depth is kept. */
+  beginShadow({ mesh: { material } }: Instance, place: Matrix4): void {
+    this.beginColour(material, place, this.programFor(["SHADOW", ...holesOf(material)]));
+  }
+
+  private beginColour(material: Material, place: Matrix4, program: Program): void {
+    const { gl } = this, { uniforms } = program;
+    gl.useProgram(program.program);
+    gl.uniformMatrix4fv(uniforms["place"]!, false, Float32Array.from(place));
+    gl.uniform4fv(uniforms["colour"]!, material.colour as number[]);
+    if (material.alpha === "MASK") gl.uniform1f(uniforms["cutoff"]!, material.cutoff);
+    this.lay(0, material.texture, program, "colour");
   }
 
   /** Where the surface is, where it looks, and where from it is looked at, for programs that ask. */
@@ -83,11 +95,9 @@ export class Surfaces {
     gl.uniform3f(uniforms["gloss"]!, gloss.metallic, gloss.roughness, gloss.straight);
     if (transport) {
       gl.uniformMatrix3fv(uniforms["toTransport"]!, false, Float32Array.from(transport.inOwnAxes ? axes : IDENTITY)); // transposed
-      gl.uniform1f(uniforms["directScale"]!, transport.directScale);
+      gl.uniform1f(uniforms["directScale"]!, transport.scale);
     }
     this.lay(2, gloss.texture, program, "gloss");
-    this.lay(3, gloss.normalTexture, program, "normal");
-    gl.uniform1f(uniforms["normalScale"]!, gloss.normalScale);
     bindTexture(gl, 4, mirrored, program, "mirroredSky");
   }
 
@@ -122,18 +132,24 @@ export class Surfaces {
   }
 }
 
+/** What of a program a material needs for its holes. */
+function holesOf({ texture: colour, alpha }: Material): Feature[] {
+  if (alpha === "OPAQUE") return [];
+  return [...(colour ? ["TEXTURED" as const] : []), alpha === "MASK" ? "CUT" : "CLEAR"];
+}
+
 /** What a mesh needs of a program; white surfaces keep their holes. */
-function featuresOf({ material, transport }: Mesh, { shading, coarse, suns }: Surroundings): Feature[] {
-  const { texture: colour, emission, emissionTexture, alpha, gloss } = material, features: Feature[] = [], white = shading === "light";
-  if (colour && !(white && alpha === "OPAQUE")) features.push("TEXTURED");
-  if (alpha !== "OPAQUE") features.push(alpha === "MASK" ? "CUT" : "CLEAR");
-  if (suns && transport) features.push("SUNNY", ...(coarse ? ["SUNNY_COARSELY" as const] : []));
-  if (white) return [...features, "WHITE"];
+function featuresOf({ transport }: Mesh, material: Material, { shading, coarse, suns }: Surroundings): Feature[] {
+  const { texture: colour, emission, emissionTexture, normalTexture, alpha, gloss } = material, features = holesOf(material);
+  const isSunny = suns && transport;
+  if (isSunny) features.push("SUNNY", ...(coarse ? ["SUNNY_COARSELY" as const] : []));
+  if (shading === "light") return [...features, "WHITE"];
+  if (colour && alpha === "OPAQUE") features.push("TEXTURED");
   if (Math.max(...emission) > 0) features.push(emissionTexture ? "GLOWING_PICTURE" : "GLOWING");
+  if (normalTexture && (gloss || isSunny)) features.push("NORMAL_PICTURE");
   if (!gloss) return features;
-  features.push(coarse && !gloss.texture && !gloss.normalTexture ? "GLOSSY_AT_VERTICES" : "GLOSSY");
+  features.push(coarse && !gloss.texture && !normalTexture ? "GLOSSY_AT_VERTICES" : "GLOSSY");
   if (gloss.texture) features.push("GLOSS_PICTURE");
-  if (gloss.normalTexture) features.push("NORMAL_PICTURE");
   if (transport?.direct && shading === "baked") features.push("SKY_SEEN");
   return features;
 }

@@ -5,7 +5,7 @@ import { multiplied, transposed, type Vector3 } from "@prt-relight/core";
 import type { Model } from "./model.js";
 import { Orbit } from "./orbit.js";
 import { FINEST, Pace, type Quality } from "./pace.js";
-import type { Description } from "./page.js";
+import type { Description, SunRule } from "./page.js";
 import { type Frame, Renderer } from "./renderer.js";
 import type { Sky } from "./sky.js";
 import { rotationOf, type SkyTurn, turnedAbout, UNTURNED, wrapped } from "./sky_turn.js";
@@ -25,8 +25,8 @@ const REST = 200; // milliseconds without a change, after which the scene is dra
 export class Viewer extends EventTarget {
   readonly orbit: Orbit;
   readonly skies: Sky[];
-  /** How many suns may be taken out of skies that are opened. */
-  readonly mostSuns: number;
+  /** How suns are taken out of skies that are opened. */
+  readonly suns: SunRule;
   private renderer: Renderer | null = null;
   private chosen = 0;
   private skyTurn: SkyTurn = UNTURNED;
@@ -49,7 +49,7 @@ export class Viewer extends EventTarget {
   ) {
     super();
     this.skies = [...skies];
-    this.mostSuns = page.mostSuns;
+    this.suns = page.suns;
     this.stops = page.exposure;
     this.through = page.view;
     this.orbit = new Orbit(model, page.camera);

@@ -28,8 +28,8 @@ function sheet(side: number): Mesh {
     name: "Sheet", vertices, positions: Float32Array.from(positions), normals: Float32Array.from(normals), coordinates: [null, null],
     triangles: Uint32Array.from(triangles), material: {} as Mesh["material"],
     transport: {
-      numbers: Int16Array.from({ length: NUMBERS * vertices }, (_, k) => k % 500), scales: Array(9).fill(1), inOwnAxes: false,
-      direct: Int8Array.from({ length: DIRECT_STRIDE * vertices }, (_, k) => k % 60), directScale: 1,
+      numbers: Int16Array.from({ length: NUMBERS * vertices }, (_, k) => k % 500), scale: 1, inOwnAxes: false,
+      direct: Int16Array.from({ length: DIRECT_STRIDE * vertices }, (_, k) => k % 60),
     },
   };
 }

@@ -8,7 +8,7 @@ import { transformed, type Matrix4 } from "../src/matrix4.js";
 import { Orbit } from "../src/orbit.js";
 
 const MODEL = { instances: [], least: [-1, -1, 0] as Vector3, most: [1, 1, 2] as Vector3 };
-const CAMERA = { position: [3, -8, 4], target: [0, 0, 1], tangents: [0.3, 0.2] as const, orthographic: false };
+const CAMERA = { position: [3, -8, 4], target: [0, 0, 1], right: [0.936, 0.351, 0], tangents: [0.3, 0.2] as const, orthographic: false };
 
 function seenAt(clip: Matrix4, [x, y, z]: Vector3): Vector3 {
   const w = clip[3]! * x + clip[7]! * y + clip[11]! * z + clip[15]!;
@@ -83,4 +83,12 @@ test("an orthographic camera sees what is far as large as what is near, and all 
   for (const back of [-0.5, 0, 0.5]) assert.ok(Math.abs(across(0, back)) < 1e-12 && Math.abs(across(half, back) - 1) < 1e-12);
   orbit.zoom(2);
   assert.ok(Math.abs(across(half, 0) - 0.5) < 1e-12);
+});
+
+test("a camera that looks straight down is turned as it was", () => {
+  for (const angle of [0, 0.5, -2]) {
+    const right = [Math.cos(angle), Math.sin(angle), 0], orbit = new Orbit(MODEL, { ...CAMERA, position: [0, 0, 9], right });
+    const [x, , , y, , , z] = orbit.rotation;
+    [x, y, z].forEach((value, k) => assert.ok(Math.abs(value! - right[k]!) < 1e-9, `${angle}: ${[x, y, z]}`));
+  }
 });
