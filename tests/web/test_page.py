@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.core.references import axis_angle, order2
-from tests.web.conftest import matte
+from tests.web.conftest import look_from, matte
 from tests.web.pages import ReadPage
 from tests.web.views import HEIGHT, WIDTH, eevee, relative_rms
 
@@ -122,6 +122,22 @@ def test_pixels_are_numpys(blender, scene, stage, browser, tmp_path):
     assert nearest.min(axis=1).max() < 1e-5
     sides = {tuple(np.round(wanted[index], 4)) for index in nearest.argmin(axis=1)}
     assert len(sides) == 3
+
+
+def test_a_mesh_without_transport_is_lit_without_shadows(blender, scene, stage, browser, tmp_path):
+    """Added after the bake, and below what would shadow it: the same with the bake and without, and as bright as its sides are lit."""
+    stage.environment(stage.picture("White", np.ones((16, 32, 3), dtype=np.float32)), mapping=False)
+    stage.object_of("Lid", stage.grid(4, 5.0), stage.diffuse(), (0, 0, 4))
+    blender.ops.prt.bake(mode="SHADOWED", samples=16)
+    stage.object_of("Box", stage.cube(), matte(blender, stage, "Grey", (0.5, 0.5, 0.5)))
+    look_from(blender, scene, (0.0, -9.0, 0.5), (np.pi / 2, 0.0, 0.0))
+    path = tmp_path / "page.html"
+    blender.ops.prt.export_web_page(filepath=str(path), still=False)
+    frame = f"prt.radiance({WIDTH}, {HEIGHT})"
+    baked, _, plain = browser.open(path, [frame, "prt.shading = 'unshadowed'", frame])
+    np.testing.assert_array_equal(baked, plain)
+    seen = radiance_of(baked)[HEIGHT // 2, WIDTH // 2]
+    np.testing.assert_allclose(seen, (0.5, 0.5, 0.5, 1.0), atol=1e-3)
 
 
 def test_the_screen_shows_what_blender_shows(blender, stage, scene_of_all, browser, tmp_path):

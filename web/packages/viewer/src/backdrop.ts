@@ -4,33 +4,34 @@
 import { type Matrix3, multiplied } from "@prt-relight/core";
 import { bindTexture, compiled, type GL, type Program, smooth, texture } from "./gl.js";
 import type { Orbit } from "./orbit.js";
-import { SKY_FRAGMENT, SKY_VERTEX } from "./shaders.js";
+import { SKY_CELLS, SKY_FRAGMENT, SKY_QUICK_FRAGMENT, SKY_QUICK_VERTEX, SKY_VERTEX } from "./shaders.js";
 import type { Sky } from "./sky.js";
 
 const MOST_WIDTH = 4096;
 const MOST_LIGHT = 65504; // that a half float holds
 
 export class Backdrop {
-  private readonly program: Program;
+  private readonly fine: Program;
+  private readonly quick: Program;
   private of: Sky | null = null;
   private picture: WebGLTexture | null = null;
 
   constructor(private readonly gl: GL) {
-    this.program = compiled(gl, SKY_VERTEX, SKY_FRAGMENT);
+    this.fine = compiled(gl, SKY_VERTEX, SKY_FRAGMENT);
+    this.quick = compiled(gl, SKY_QUICK_VERTEX, SKY_QUICK_FRAGMENT);
   }
 
   /** Along w, the sky shows what its picture holds along `turn` w. */
   draw(sky: Sky, turn: Matrix3, orbit: Orbit, aspect: number, covered: number, smoothly: boolean): void {
-    const { gl } = this, { program, uniforms } = this.program;
+    const { gl } = this, program = smoothly ? this.fine : this.quick, { uniforms } = program;
     gl.disable(gl.CULL_FACE);
     gl.bindVertexArray(null);
-    gl.useProgram(program);
+    gl.useProgram(program.program);
     gl.uniform3f(uniforms["tangents"]!, ...orbit.skySeen(aspect, covered), covered);
     gl.uniformMatrix3fv(uniforms["toPicture"]!, true, Float32Array.from(multiplied(turn, orbit.rotation)));
     gl.uniform1f(uniforms["strength"]!, sky.strength);
-    gl.uniform1i(uniforms["smoothly"]!, Number(smoothly));
-    bindTexture(gl, 0, this.pictureOf(sky), this.program, "picture");
-    gl.drawArrays(gl.TRIANGLES, 0, 3);
+    bindTexture(gl, 0, this.pictureOf(sky), program, "picture");
+    gl.drawArrays(gl.TRIANGLES, 0, smoothly ? 3 : 6 * SKY_CELLS[0] * SKY_CELLS[1]);
   }
 
   /** The sky's picture on the graphics card. */

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Coarser meshes for movements on slow machines: vertices of a cell that face alike become one of them (Rossignac and Borrel, 1993).
 
-import type { Mesh, Model, Transport } from "./model.js";
-import { DIRECT_STRIDE, NUMBERS } from "./transport.js";
+import type { Mesh, Model } from "./model.js";
+import { withVertices } from "./rows.js";
 
 /** Vertices of a whole model: about one for seven pixels of the coarsest picture of a screen of 1280 x 720. */
 export const ENOUGH = 16_000;
@@ -62,15 +62,7 @@ function joined(mesh: Mesh, { of, count }: Cells): Mesh {
     const [a, b, c] = [of[mesh.triangles[k]!]!, of[mesh.triangles[k + 1]!]!, of[mesh.triangles[k + 2]!]!];
     if (a !== b && b !== c && c !== a) triangles.push(a, b, c);
   }
-  return {
-    ...mesh,
-    vertices: count,
-    positions: taken(mesh.positions, kept, 3),
-    normals: taken(mesh.normals, kept, 3),
-    coordinates: mesh.coordinates.map((pairs) => pairs && taken(pairs, kept, 2)),
-    triangles: Uint32Array.from(triangles),
-    transport: mesh.transport && transportOf(mesh.transport, kept),
-  };
+  return withVertices(mesh, kept, Uint32Array.from(triangles));
 }
 
 function middles({ positions, vertices }: Mesh, { of, count }: Cells): Uint32Array {
@@ -88,16 +80,4 @@ function middles({ positions, vertices }: Mesh, { of, count }: Cells): Uint32Arr
     if (square < nearest[cell]!) [nearest[cell], kept[cell]] = [square, vertex];
   }
   return kept;
-}
-
-function transportOf(transport: Transport, kept: Uint32Array): Transport {
-  const { numbers, direct } = transport;
-  return { ...transport, numbers: taken(numbers, kept, NUMBERS), direct: direct && taken(direct, kept, DIRECT_STRIDE) };
-}
-
-/** Rows of an array, of so many numbers each. */
-function taken<Numbers extends Float32Array | Int16Array>(from: Numbers, rows: Uint32Array, width: number): Numbers {
-  const out = from.slice(0, width * rows.length) as Numbers;
-  rows.forEach((row, k) => out.set(from.subarray(width * row, width * (row + 1)), width * k));
-  return out;
 }

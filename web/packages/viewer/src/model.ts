@@ -4,6 +4,7 @@
 import { fromColumns, type Matrix3, multiplied, transposed, unitColumns, type Vector3 } from "@prt-relight/core";
 import { fromLinear, linearPart, type Matrix4, placed, product, transformed } from "./matrix4.js";
 import { unpacked } from "./transport.js";
+import { ordered } from "./vertex_order.js";
 
 /** Blender's X, Y and Z in glTF's axes, which are Y up. */
 const AXES: Matrix3 = fromColumns([1, 0, 0], [0, 0, -1], [0, 1, 0]);
@@ -92,7 +93,7 @@ export async function readModel(bytes: Uint8Array): Promise<Model> {
   const meshes = ((document.meshes ?? []) as Json[]).map((mesh) =>
     (mesh.primitives as Json[])
       .filter((primitive) => (primitive.mode ?? 4) === 4)
-      .map((primitive) => reader.mesh(mesh.name ?? "", primitive, materials[primitive.material] ?? PLAIN)),
+      .map((primitive) => ordered(reader.mesh(mesh.name ?? "", primitive, materials[primitive.material] ?? PLAIN))),
   );
   const instances: Instance[] = [];
   const visit = (index: number, parent: Matrix4) => {

@@ -22,8 +22,15 @@ export type Feature =
 export function surfaceShaders(features: readonly Feature[]): [string, string] {
   const defined = features.map((name) => `#define ${name}\n`).join("");
   const [vertex, fragment] = features.includes("SHADOW") ? [SHADOW_VERTEX, SHADOW_FRAGMENT] : [SURFACE_VERTEX, SURFACE_FRAGMENT];
-  return [HEAD + defined + vertex, HEAD + defined + fragment];
+  return [HEAD + defined + SHADED_AT_VERTICES + vertex, HEAD + defined + SHADED_AT_VERTICES + fragment];
 }
+
+/** Where nothing differs from pixel to pixel but what vertices know, they know it all: pixels have one colour to interpolate and not three. */
+const SHADED_AT_VERTICES = `
+#if defined(GLOSSY_AT_VERTICES) && !defined(TEXTURED) && !defined(SUNNY)
+#define SHADED_AT_VERTICES
+#endif
+`;
 
 /** The surface's own colour, with its alpha. */
 const GLSL_COLOUR = `
@@ -62,6 +69,7 @@ centroid out vec3 factor, summand; // of the base colour, and to it
 centroid out float diffuse; // what light from suns is multiplied by, too
 
 #ifdef GLOSSY_AT_VERTICES
+uniform vec4 colour;
 ${GLSL_WITHOUT_NEGATIVES}
 ${GLSL_MIRRORS}
 #endif
@@ -97,6 +105,9 @@ void main() {
   vec3 view = normalize(eye.xyz - eye.w * spot), n = dot(facing, view) < 0.0 ? -facing : facing;
   mirrors(n, view, gloss.x, gloss.y, withoutNegatives(light), skySeen, factor, summand, diffuse);
 #endif
+#ifdef SHADED_AT_VERTICES
+  radiance = colour.rgb * factor + summand;
+#endif
 }`;
 
 const SURFACE_FRAGMENT = `
@@ -115,7 +126,7 @@ ${GLSL_NORMALS}
 ${GLSL_MIRRORS}
 ${GLSL_GLOSS}
 #endif
-#ifdef GLOSSY_AT_VERTICES
+#if defined(GLOSSY_AT_VERTICES) && !defined(SHADED_AT_VERTICES)
 centroid in vec3 factor, summand;
 centroid in float diffuse;
 #endif
@@ -135,7 +146,9 @@ void main() {
 #ifdef SUNNY
   suns = sunLight(spot, n, bent);
 #endif
-#ifdef GLOSSY_AT_VERTICES
+#if defined(SHADED_AT_VERTICES)
+  vec3 light = radiance;
+#elif defined(GLOSSY_AT_VERTICES)
   vec3 light = surface.rgb * (factor + diffuse * suns) + summand;
 #else
   vec3 light = withoutNegatives(radiance);
@@ -170,12 +183,44 @@ void main() {
   gl_Position = vec4(corner, 1.0, 1.0);
 }`;
 
+/** How many cells the sky is cut into across and up, where its picture is looked up at their corners. */
+export const SKY_CELLS = [32, 18] as const;
+
+/**
+ * The same for movements on slow machines, which angles of each pixel would take long: corners of cells know their places in the picture,
+ * on both sides of its seam, and pixels take those that do not jump (Tarini 2012, "Cylindrical and Toroidal Parameterizations Without
+ * Vertex Seams").
+ */
+export const SKY_QUICK_VERTEX = `${HEAD}
+uniform vec3 tangents;
+uniform mat3 toPicture;
+out vec3 place;
+${GLSL_EQUIRECT}
+const ivec2 CORNERS[6] = ivec2[](ivec2(0, 0), ivec2(1, 0), ivec2(0, 1), ivec2(0, 1), ivec2(1, 0), ivec2(1, 1));
+void main() {
+  int cell = gl_VertexID / 6, corner = gl_VertexID % 6;
+  ivec2 at = ivec2(cell % ${SKY_CELLS[0]}, cell / ${SKY_CELLS[0]}) + CORNERS[corner];
+  vec2 spot = 2.0 * vec2(at) / vec2(${SKY_CELLS.join(".0, ")}.0) - 1.0;
+  vec2 seen = equirect(normalize(toPicture * vec3((spot - vec2(0.0, tangents.z)) * tangents.xy, -1.0)));
+  place = vec3(seen, fract(seen.x + 0.5) - 0.5);
+  gl_Position = vec4(spot, 1.0, 1.0);
+}`;
+
+export const SKY_QUICK_FRAGMENT = `${HEAD}
+in vec3 place;
+uniform sampler2D picture;
+uniform float strength;
+out vec4 shown;
+void main() {
+  float across = fwidth(place.x) <= fwidth(place.z) ? place.x : place.z;
+  shown = vec4(strength * textureLod(picture, vec2(across, place.y), 0.0).rgb, 1.0);
+}`;
+
 /** The picture is smoothed by cubic B-splines, as four bilinear looks: it is coarser than the screen. */
 export const SKY_FRAGMENT = `${HEAD}
 in vec3 direction;
 uniform sampler2D picture;
 uniform float strength;
-uniform bool smoothly;
 out vec4 shown;
 ${GLSL_EQUIRECT}
 vec3 smoothed(vec2 at) {
@@ -192,7 +237,7 @@ vec3 smoothed(vec2 at) {
 
 void main() {
   vec2 at = equirect(normalize(direction));
-  shown = vec4(strength * (smoothly ? smoothed(at) : textureLod(picture, at, 0.0).rgb), 1.0);
+  shown = vec4(strength * smoothed(at), 1.0);
 }`;
 
 const SHADOW_VERTEX = `
