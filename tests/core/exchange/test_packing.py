@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Transport packed for the web."""
+"""Packed transport unpacks to what was packed, and compresses."""
 
 import gzip
 
