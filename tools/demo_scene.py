@@ -12,12 +12,14 @@ HDRI = "sunrise"
 def build() -> None:
     """Fill the empty file."""
     scene = bpy.context.scene
-    suzanne = _object("Suzanne", _suzanne(), _material("Terracotta", (0.75, 0.28, 0.12), gloss=0.5, roughness=0.35))
+    suzanne = add_object(
+        "Suzanne", _suzanne(), plain_material("Terracotta", (0.75, 0.28, 0.12), gloss=0.5, roughness=0.35)
+    )
     suzanne.rotation_euler = (-0.62, 0.0, 0.0)
     bpy.context.view_layer.update()
     suzanne.location.z = -min((suzanne.matrix_world @ vertex.co).z for vertex in suzanne.data.vertices)
-    _object("Plinth", _plinth(), _material("Plaster", (0.78, 0.76, 0.72)))
-    _sky(scene)
+    add_object("Plinth", _plinth(), plain_material("Plaster", (0.78, 0.76, 0.72)))
+    add_sky(scene)
     camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
     scene.collection.objects.link(camera)
     camera.location, camera.rotation_euler = (3.3, -8.0, 3.9), (1.19, 0.0, 0.39)
@@ -49,7 +51,8 @@ def ensure_camera() -> None:
     camera.location, _ = camera.camera_fit_coords(bpy.context.evaluated_depsgraph_get(), corners)
 
 
-def _object(name: str, mesh: bpy.types.Mesh, material: bpy.types.Material) -> bpy.types.Object:
+def add_object(name: str, mesh: bpy.types.Mesh, material: bpy.types.Material) -> bpy.types.Object:
+    """Add a smooth object of a mesh to the scene."""
     mesh.materials.append(material)
     mesh.polygons.foreach_set("use_smooth", [True] * len(mesh.polygons))
     ob = bpy.data.objects.new(name, mesh)
@@ -102,7 +105,7 @@ def _widened(
     return [item for item in made if isinstance(item, bmesh.types.BMEdge) and all(v in made for v in item.verts)]
 
 
-def _material(
+def plain_material(
     name: str, colour: tuple[float, float, float], gloss: float = 0.0, roughness: float = 1.0
 ) -> bpy.types.Material:
     """Matte, or with gloss of a strength and roughness."""
@@ -115,7 +118,7 @@ def _material(
     return material
 
 
-def _sky(scene: bpy.types.Scene) -> None:
+def add_sky(scene: bpy.types.Scene) -> None:
     """An HDRI with the nodes to turn it."""
     world = bpy.data.worlds.new("Sky")
     scene.world = world

@@ -3,13 +3,14 @@
 
     python tools/gallery.py [--output FOLDER]
 
-Writes docs/gallery.md and docs/pictures; by way of the demo, so that they show what a user gets.
+Writes docs/gallery.md, docs/scenes.md and docs/pictures; by way of the demo, so that they show what a user gets.
 """
 
 from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ from typing import Any
 import demo
 import demo_scene
 import frames
+import gallery_scenes
 import headless
 import numpy as np
 import numpy.typing as npt
@@ -28,6 +30,7 @@ HDRIS = ("forest", "city", "courtyard", "interior", "night", "studio", "sunrise"
 MODES = ("UNSHADOWED", "SHADOWED", "INTERREFLECTED")
 NO_LAMPS = "INTERREFLECTED, NO LAMPS"
 PERCENTAGE = 50
+SMALL_PERCENTAGE = 25
 TRUTH_SAMPLES = 128
 TURN_WIDTH = 420
 CAPTION = 18
@@ -54,6 +57,7 @@ def main() -> None:
         demo.run(None, work)
         publish_demo(work, output / "pictures")
         publish_gallery(work, output)
+        publish_scenes(work, output)
     finally:
         headless.disable_extension()
 
@@ -92,6 +96,59 @@ def publish_gallery(work: Path, output: Path) -> None:
         sheet(truths[hdri], shots[hdri]).save(output / "pictures" / "gallery" / f"{hdri}.jpg", quality=85)
     clamps(scene, work).save(output / "pictures" / "gallery" / "clamp.jpg", quality=88)
     (output / "gallery.md").write_text(page(truths, shots))
+
+
+def publish_scenes(work: Path, output: Path) -> None:
+    """Five scenes under each HDRI: a sheet of EEVEE beside Cycles for each, and a table of how far they are apart."""
+    errors: dict[str, list[tuple[float, float]]] = {}
+    for name, build in gallery_scenes.SCENES.items():
+        bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+        build()
+        scene = bpy.context.scene
+        frames.set_up_render(scene)
+        scene.render.resolution_percentage = SMALL_PERCENTAGE
+        bpy.ops.prt.bake(mode="INTERREFLECTED")
+        pairs, errors[name] = [], []
+        for hdri in tqdm(HDRIS, desc=name, file=sys.stdout):
+            wanted = truth(scene, hdri, work)
+            bare, shown = (relit(scene, work, lamps) for lamps in ("NONE", "AUTO"))
+            pairs.append((wanted.shown, shown.shown))
+            of_shown, of_bare = (frames.relative_rms(one.linear, wanted.linear) for one in (shown, bare))
+            errors[name].append((of_shown, of_bare))
+        contact(pairs).save(output / "pictures" / "gallery" / f"{name.lower()}.jpg", quality=85)
+    (output / "scenes.md").write_text(scenes_page(errors))
+
+
+def contact(pairs: Sequence[tuple[Image.Image, Image.Image]]) -> Image.Image:
+    """Pictures by Cycles above those by EEVEE, four HDRIs in a row."""
+    width, height = pairs[0][0].size
+    whole = Image.new("RGB", (4 * width, len(pairs) // 4 * (2 * height + CAPTION)), "white")
+    for number, (pair, hdri) in enumerate(zip(pairs, HDRIS, strict=True)):
+        left, top = number % 4 * width, number // 4 * (2 * height + CAPTION)
+        ImageDraw.Draw(whole).text((left + 4, top + 3), f"{hdri}: Cycles, EEVEE", fill="black")
+        for row, picture in enumerate(pair):
+            whole.paste(picture, (left, top + CAPTION + row * height))
+    return whole
+
+
+def scenes_page(errors: dict[str, list[tuple[float, float]]]) -> str:
+    """docs/scenes.md."""
+    lines = [
+        "# Scenes",
+        "",
+        "Made by `make gallery`: five scenes, interreflected, under every HDRI that Blender ships. Numbers are measured as those of the",
+        "[gallery](gallery.md); those in brackets are without lamps taken out of the sky.",
+        "",
+        "| HDRI | " + " | ".join(errors) + " |",
+        "|---|" + "---|" * len(errors),
+    ]
+    for row, hdri in enumerate(HDRIS):
+        cells = (f"{shown:.1%} ({bare:.1%})" for shown, bare in (column[row] for column in errors.values()))
+        lines.append(f"| {hdri} | " + " | ".join(cells) + " |")
+    for name in errors:
+        about = str(gallery_scenes.SCENES[name].__doc__)
+        lines += ["", f"## {name}", "", about, "", f"![{name}](pictures/gallery/{name.lower()}.jpg)"]
+    return "\n".join([*lines, ""])
 
 
 def clamps(scene: bpy.types.Scene, work: Path) -> Image.Image:

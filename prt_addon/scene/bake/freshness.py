@@ -45,7 +45,7 @@ _ADVICE: dict[State, str] = {
 }
 _PHRASES: dict[Cause, str] = {
     "HIDDEN": "it does not render any more",
-    "GEOMETRY": "its geometry changed",
+    "GEOMETRY": "its geometry or its sides changed",
     "MOVED": "it was moved",
     "OTHERS": "other objects changed or moved",
     "COLOURS": "colours that light bounces off changed",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Builds node groups that relight single shaders, beside "PRT Relight": the light of lamps, and the diffuse part of each BSDF.
+"""Builds node groups that relight single shaders, beside "PRT Relight": the light of lamps, normal detail, the diffuse part of each BSDF.
 
 Their inputs are called as the BSDF calls its own, so that a group node is fed as the BSDF is.
 """
@@ -15,12 +15,12 @@ from ..blender.nodes import Graph
 from ..light.drivers import STRENGTH, TURN
 from ..light.light import LIGHT
 from ..material.reading import PART
-from .light_nodes import Y_0, Y_1, less_colour, turned_vector
+from .light_nodes import DETAIL, Y_0, Y_1, less_colour, turned_vector
 
 _VERSION = "prt_helper_version"
 _LIMITS_LENGTH = bpy.app.version >= (5, 1, 0)
 """What EEVEE limits of the light of the sky: see `_ambient`."""
-_CURRENT = 3 if _LIMITS_LENGTH else 2
+_CURRENT = 5 if _LIMITS_LENGTH else 4
 
 
 _Sockets = dict[str, bpy.types.NodeSocket]
@@ -41,6 +41,12 @@ def renew_lamps_group() -> None:
     """Replace the group of a file that another version of Blender saved, whose EEVEE has another light of the sky."""
     if any(tree.get(PART) == "PRT Lamps" and is_local(tree) for tree in bpy.data.node_groups):
         lamps_group()
+
+
+def detail_group() -> bpy.types.NodeTree:
+    """The baked light at a normal that a map or a bump bends away from the surface's own."""
+    inputs = {"Normal": "Vector", "Shading": "Color", **dict.fromkeys(DETAIL, "Color")}
+    return _group("PRT Detail", inputs, {"Shading": "Color"}, _detail)
 
 
 def diffuse_group() -> bpy.types.NodeTree:
@@ -157,6 +163,14 @@ def _largest(graph: Graph, *vectors: bpy.types.NodeSocket) -> bpy.types.NodeSock
     """Largest absolute value, channel by channel."""
     first, second, third = (graph.vector("ABSOLUTE", one) for one in vectors)
     return graph.vector("MAXIMUM", graph.vector("MAXIMUM", first, second), third)
+
+
+def _detail(graph: Graph, given: _Sockets) -> _Sockets:
+    """Adds the gradient of the light times what the normal is bent by."""
+    own = graph.add("ShaderNodeNewGeometry").outputs["Normal"]
+    bent = graph.components(graph.vector("SUBTRACT", given["Normal"], own))
+    more = graph.weighted_sum([(given[name], by) for name, by in zip(DETAIL, bent, strict=True)])
+    return {"Shading": graph.vector("MAXIMUM", graph.vector("ADD", given["Shading"], more), (0.0, 0.0, 0.0))}
 
 
 def _diffuse(graph: Graph, given: _Sockets) -> _Sockets:

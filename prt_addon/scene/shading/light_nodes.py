@@ -13,6 +13,9 @@ from ..blender.nodes import Graph
 Y_0, Y_1 = sqrt(1.0 / (4.0 * pi)), sqrt(3.0 / (4.0 * pi))
 """Factors of bands 0 and 1."""
 
+DETAIL = ("Detail X", "Detail Y", "Detail Z")
+"""Sockets: how the light grows with each component of a normal, along the world's axes."""
+
 
 def turned_vector(
     graph: Graph, band: list[bpy.types.NodeSocket], axes: list[bpy.types.NodeSocket]

@@ -7,8 +7,8 @@ axes, by the object itself. What lamps show of the sky leaves the direct light; 
 Backs of faces have transport of their own where the mesh has the layers, and the material a group that reads these.
 
 It hands out what the surfaces of a material are relit with: the light on a white one (Shading), whether there is transport
-(Baked), and how much of what a mirror would see there is sky (Sky Seen; all, while EEVEE traces reflections). Base Color, Unbaked
-and Surface are a matte surface.
+(Baked), how much of what a mirror would see there is sky (Sky Seen; all, while EEVEE traces reflections), and by how much more light
+arrives where a normal is bent along an axis of the world (Detail). Base Color, Unbaked and Surface are a matte surface.
 """
 
 from __future__ import annotations
@@ -18,12 +18,13 @@ from math import pi
 import bpy
 
 from ...core.layout import BACKS, BAKED_BELOW, LAYERS, OWN_AXES_BELOW
+from ...core.sphere import sh
 from ..blender.libraries import is_local
 from ..blender.nodes import Graph
 from ..blender.versions import refuse_newer, version_of
 from ..light.drivers import STRENGTH, TURN
 from ..light.light import LIGHT
-from .light_nodes import Y_0, Y_1, less_colour, second_band, turned_form, turned_vector
+from .light_nodes import DETAIL, Y_0, Y_1, less_colour, second_band, turned_form, turned_vector
 
 GROUP = "PRT Relight"
 GROUP_VERSION = 7
@@ -62,6 +63,7 @@ _OUTPUTS = (
         "Float",
         "How much of what a mirror would see is sky, and not the scene: 0 to 1; 1 if EEVEE traces reflections",
     ),
+    *((name, "Color", "How the light grows with that component of the normal") for name in DETAIL),
 )
 _SOCKETS = {(name, "INPUT") for name, _, _ in _INPUTS} | {(name, "OUTPUT") for name, _, _ in _OUTPUTS}
 
@@ -142,13 +144,20 @@ def _build(tree: bpy.types.NodeTree, with_backs: bool) -> None:
     transport, direct = [layer.outputs["Vector"] for layer in layers], _direct(graph, layers, own_axes)
     if with_backs:
         transport, direct = _of_this_side(graph, transport, direct)
-    radiance = _received(graph, transport, _turned(graph, light, axes))
+    turned = _turned(graph, light, axes)
+    radiance = _received(graph, transport, turned)
     lamps = _turned(graph, [node.outputs["Alpha"] for node in light_nodes], axes)
     of_lamps = graph.mixed(older, _received(graph, direct, lamps), _received(graph, transport, lamps))
-    radiance = graph.vector("MULTIPLY_ADD", of_lamps, less_colour(graph, turn_nodes), radiance)
+    colour = less_colour(graph, turn_nodes)
+    radiance = graph.vector("MULTIPLY_ADD", of_lamps, colour, radiance)
     shown = graph.vector("MULTIPLY", _without_negatives(graph, radiance), strength.outputs["Fac"])
     graph.column()
     sky_seen = _sky_seen(graph, direct, own_axes, object_axes)
+    graph.column()
+    share = graph.math("MAXIMUM", graph.math("MULTIPLY", direct[0], 1.0 / Y_0), older)
+    share = graph.math("MULTIPLY", share, strength.outputs["Fac"])
+    soft = [graph.vector("MULTIPLY_ADD", colour, *pair) for pair in zip(lamps[1:], turned[1:], strict=True)]
+    detail = _detail(graph, soft, share, own_axes, object_axes)
 
     graph.column()
     results = {
@@ -156,6 +165,7 @@ def _build(tree: bpy.types.NodeTree, with_backs: bool) -> None:
         "Shading": shown,
         "Baked": baked,
         "Sky Seen": graph.math("MAXIMUM", graph.math("MAXIMUM", sky_seen, older), _traced(graph)),
+        **dict(zip(DETAIL, detail, strict=True)),
     }
     graph.column()
     group_output = graph.add("NodeGroupOutput")
@@ -265,10 +275,7 @@ def _sky_seen(
     geometry = graph.add("ShaderNodeNewGeometry")
     normal, view = geometry.outputs["Normal"], geometry.outputs["Incoming"]
     mirrored = graph.vector("MULTIPLY", graph.vector("REFLECT", view, normal), (-1.0, -1.0, -1.0))
-    in_object_axes = graph.add("ShaderNodeCombineXYZ")
-    for entry, axis in zip(in_object_axes.inputs, object_axes, strict=True):
-        graph.feed(entry, graph.vector("DOT_PRODUCT", mirrored, axis))
-    x, y, z = graph.components(graph.mixed(own_axes, mirrored, in_object_axes.outputs[0]))
+    x, y, z = _along_axes(graph, mirrored, own_axes, object_axes)
     cosine = graph.math("ABSOLUTE", graph.vector("DOT_PRODUCT", normal, view))
 
     seen = graph.math("MULTIPLY", direct[0], Y_0 * _BANDS_SEEN[0])
@@ -284,6 +291,59 @@ def _sky_seen(
     slope = graph.math("MULTIPLY_ADD", cosine, square, linear)
     share = graph.math("DIVIDE", seen, graph.math("MULTIPLY_ADD", cosine, slope, constant))
     return graph.math("MINIMUM", graph.math("MAXIMUM", share, 0.0), 1.0)
+
+
+def _detail(
+    graph: Graph,
+    soft: list[bpy.types.NodeSocket],
+    share: bpy.types.NodeSocket,
+    own_axes: bpy.types.NodeSocket,
+    object_axes: list[bpy.types.NodeSocket],
+) -> list[bpy.types.NodeSocket]:
+    """What a normal map or a bump adds to the light, per component by which it bends the normal, along the world's axes.
+
+    It is the gradient of what the open sky lights a white surface with, `sum A_l / pi L_lm Y_lm(n)` (Ramamoorthi & Hanrahan 2001), by the
+    share of sky that is seen. (A factor, what the sky gives the bent normal over what it gives the surface's own, grows without bounds
+    where the sky gives little and much has bounced.)
+
+    Args:
+        graph: of the group.
+        soft: bands 1 and 2 of the light without lamps, in the axes of the transport.
+        share: of the sky, times the strength of the world.
+        own_axes: whether these axes are the object's own.
+        object_axes: the object's axes in the world.
+    """
+    y1, z1, x1, xy, yz, zz, zx, xx = soft
+    x, y, z = _along_axes(graph, graph.add("ShaderNodeNewGeometry").outputs["Normal"], own_axes, object_axes)
+    graph.column()
+    less_y, height = graph.math("MULTIPLY", y, -1.0), graph.math("MULTIPLY", z, 6.0 * sh.K_ZZ / sh.K_XY)
+    second = (
+        graph.weighted_sum([(xy, y), (zx, z), (xx, x)]),
+        graph.weighted_sum([(xy, x), (yz, z), (xx, less_y)]),
+        graph.weighted_sum([(yz, y), (zx, x), (zz, height)]),
+    )
+    graph.column()
+    gradient = []
+    for first, bent in zip((x1, y1, z1), second, strict=True):
+        straight = graph.vector("MULTIPLY", first, (2.0 / 3.0 * Y_1,) * 3)
+        both = graph.vector("MULTIPLY_ADD", bent, (sh.K_XY / 4.0,) * 3, straight)
+        gradient.append(graph.vector("MULTIPLY", both, share))
+    parts = [graph.components(axis) for axis in object_axes]
+    turned = [graph.weighted_sum(list(zip(gradient, entries, strict=True))) for entries in zip(*parts, strict=True)]
+    return [graph.mixed(own_axes, *pair) for pair in zip(gradient, turned, strict=True)]
+
+
+def _along_axes(
+    graph: Graph,
+    direction: bpy.types.NodeSocket,
+    own_axes: bpy.types.NodeSocket,
+    object_axes: list[bpy.types.NodeSocket],
+) -> list[bpy.types.NodeSocket]:
+    """The components of a direction along the axes of the transport: the world's, or the object's own."""
+    along = graph.add("ShaderNodeCombineXYZ")
+    for entry, axis in zip(along.inputs, object_axes, strict=True):
+        graph.feed(entry, graph.vector("DOT_PRODUCT", direction, axis))
+    return graph.components(graph.mixed(own_axes, direction, along.outputs[0]))
 
 
 def _without_negatives(graph: Graph, radiance: bpy.types.NodeSocket) -> bpy.types.NodeSocket:

@@ -18,7 +18,8 @@ import bpy
 from ..blender.nodes import Wiring
 from ..material.colour_nodes import add_part
 from ..material.reading import PART
-from .helper_groups import diffuse_group, glossy_group, lamps_group, principled_group
+from .helper_groups import detail_group, diffuse_group, glossy_group, lamps_group, principled_group
+from .light_nodes import DETAIL
 
 _COPY_OF = "prt_copy_of"
 """Custom property of a part: the name of the user's node whose numbers it has."""
@@ -30,11 +31,19 @@ class RelightSockets:
 
     shading: bpy.types.NodeSocket
     sky_seen: bpy.types.NodeSocket
+    detail_x: bpy.types.NodeSocket
+    detail_y: bpy.types.NodeSocket
+    detail_z: bpy.types.NodeSocket
+
+    @property
+    def detail(self) -> dict[str, bpy.types.NodeSocket]:
+        """The gradient of the light by the names of its sockets."""
+        return dict(zip(DETAIL, (self.detail_x, self.detail_y, self.detail_z), strict=True))
 
 
 def sockets_of(group: bpy.types.Node) -> RelightSockets:
     """The outputs of a "PRT Relight" group node."""
-    return RelightSockets(*(group.outputs[name] for name in ("Shading", "Sky Seen")))
+    return RelightSockets(*(group.outputs[name] for name in ("Shading", "Sky Seen", *DETAIL)))
 
 
 def build_surface(output: bpy.types.Node, relight: RelightSockets) -> bpy.types.NodeSocket | None:
@@ -89,6 +98,7 @@ class _Builder:
     wiring: Wiring = field(default_factory=Wiring)
     _built: dict[int, bpy.types.NodeSocket | None] = field(default_factory=dict)
     _lamps: dict[int, bpy.types.NodeSocket] = field(default_factory=dict)
+    _detailed: dict[int, bpy.types.NodeSocket] = field(default_factory=dict)
 
     def shader(self, entry: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
         """The relit shader in place of what feeds an input; None if nothing does."""
@@ -181,12 +191,31 @@ class _Builder:
         if source:
             self.tree.links.new(source, entry)
 
+    def shading(self, node: bpy.types.Node) -> bpy.types.NodeSocket:
+        """The baked light at a shader's own normal: one part for all that share it."""
+        normal = self._normal(node)
+        if normal is None:
+            return self.relight.shading
+        key = normal.as_pointer()
+        if key not in self._detailed:
+            part = add_part(self.tree, "ShaderNodeGroup")
+            part.node_tree = detail_group()
+            given = {"Normal": normal, "Shading": self.relight.shading, **self.relight.detail}
+            for name, source in given.items():
+                self.feed(part.inputs[name], source)
+            self._detailed[key] = part.outputs["Shading"]
+        return self._detailed[key]
+
+    def _normal(self, node: bpy.types.Node) -> bpy.types.NodeSocket | None:
+        """What feeds a shader's Normal."""
+        entry = node.inputs.get("Normal")
+        return self.wiring.source(entry) if entry else None
+
     def lamps(self, node: bpy.types.Node) -> bpy.types.NodeSocket | None:
         """The light of lamps at a shader's own normal: one part for all that share it, as each takes EEVEE as long as a surface."""
         if not lamps_shine():
             return None
-        entry = node.inputs.get("Normal")
-        normal = self.wiring.source(entry) if entry else None
+        normal = self._normal(node)
         key = normal.as_pointer() if normal else 0
         if key not in self._lamps:
             part = add_part(self.tree, "ShaderNodeGroup")
@@ -208,7 +237,7 @@ def _relit_by(
 
     def build(builder: _Builder, node: bpy.types.Node) -> bpy.types.NodeSocket:
         helper = builder.helper(node, group())
-        builder.feed(helper.inputs["Shading"], builder.relight.shading)
+        builder.feed(helper.inputs["Shading"], builder.shading(node))
         builder.feed(helper.inputs["Sky Seen"], builder.relight.sky_seen)
         builder.feed(helper.inputs["Lamps"], builder.lamps(node))
         diffuse, *left = helper.outputs

@@ -100,6 +100,48 @@ def test_lamps_light_relit_surfaces(blender, over_a_floor, compared, kind, energ
     assert abs(ratio - 1.0) < 0.05
 
 
+def bent(material, shader, amount):
+    """Bend a shader's normals by soft noise. EEVEE's Bump is another than Cycles' where triangles are small; this is the same in both."""
+    tree = material.node_tree
+    noise, centred, bent, unit, own = (
+        tree.nodes.new(f"ShaderNode{kind}")
+        for kind in ("TexNoise", "VectorMath", "VectorMath", "VectorMath", "NewGeometry")
+    )
+    place = tree.nodes.new("ShaderNodeTexCoord").outputs["Object"]
+    noise.inputs["Scale"].default_value, noise.inputs["Detail"].default_value = 3.0, 0.0
+    centred.operation, bent.operation, unit.operation = "SUBTRACT", "MULTIPLY_ADD", "NORMALIZE"
+    centred.inputs[1].default_value, bent.inputs[1].default_value = (0.5,) * 3, (amount,) * 3
+    for source, entry in (
+        (place, noise.inputs["Vector"]),
+        (noise.outputs["Color"], centred.inputs[0]),
+        (centred.outputs[0], bent.inputs[0]),
+        (own.outputs["Normal"], bent.inputs[2]),
+        (bent.outputs[0], unit.inputs[0]),
+        (unit.outputs[0], shader.inputs["Normal"]),
+    ):
+        tree.links.new(source, entry)
+
+
+@pytest.mark.parametrize("kind", ["Diffuse", "Principled"])
+def test_normal_detail_acts_on_baked_light(blender, part, over_a_floor, compared, stage, tmp_path, kind):
+    """With it EEVEE's picture is nearer to Cycles' than without. What is left is noise, and normals bent by more than a gradient says."""
+    material = principled(blender, Specular_IOR_Level=0.0) if kind == "Principled" else stage.diffuse("Bent", GOLD[:3])
+    over_a_floor(material)
+    for one in (material, blender.data.materials["White"]):
+        bent(one, next(node for node in one.node_tree.nodes if "Bsdf" in node.bl_idname), 2.0)
+    error, _ = compared()
+    truth = stage.read_exr(tmp_path / "truth.exr")
+    [detail] = [tree for tree in blender.data.node_groups if tree.name == "PRT Detail"]
+    entry, end = (
+        next(node for node in detail.nodes if node.bl_idname == f"NodeGroup{end}") for end in ("Input", "Output")
+    )
+    detail.links.new(entry.outputs["Shading"], end.inputs["Shading"])
+    plain = stage.render(tmp_path / "plain.exr")
+    there = np.minimum(truth[..., 3], plain[..., 3]) > 0.99
+    without = np.sqrt(((plain - truth)[there][:, :3] ** 2).mean() / (truth[there][:, :3] ** 2).mean())
+    assert error < 0.12 and error < 0.85 * without
+
+
 def test_shaders_in_groups_show_alike(blender, part, over_a_floor, stage, tmp_path):
     """A metal mixed into a group, its roughness fed from outside, as the same metal without a group."""
     ball = over_a_floor(principled(blender, Metallic=1.0, Roughness=0.6))
