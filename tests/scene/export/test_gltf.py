@@ -318,6 +318,26 @@ def test_skinned_meshes_in_own_axes_are_left_out_by_name(blender, scene, ball, e
     assert "JOINTS_0" in meshes["Sphere"] and "COLOR_0" not in meshes["Sphere"] and "COLOR_0" in meshes["Cube"]
 
 
+@pytest.mark.parametrize("others_too", [False, True])
+@pytest.mark.parametrize("paint", [False, True])
+def test_backs_stay_at_home(blender, scene, stage, exported, tmp_path, others_too, paint):
+    """The layers of a sheet's backs are neither attributes nor vertex colours of the file; those of its fronts are there."""
+    stage.environment(stage.picture("Six", stage.six_coloured_sky(64)))
+    sheet = stage.object_of("Sheet", stage.grid(4), principled(blender))
+    blender.ops.prt.bake(mode="SHADOWED", samples=32)
+    assert "_PRT_B2" in sheet.data.attributes
+    if paint:
+        sheet.data.color_attributes.new("Paint", "FLOAT_COLOR", "POINT").data.foreach_set("color", [0.25] * 4 * 25)
+        sheet.data.color_attributes.active_color_name = "Paint"
+    _, meshes = exported(tmp_path / "sheet.glb", export_attributes=others_too)
+    names = {name for name in meshes["Grid"] if name.startswith(("_PRT", "COLOR"))}
+    transport, colours = ({name for name in names if name.startswith(kind)} for kind in ("_PRT", "COLOR"))
+    assert transport == {f"_PRT_{i}" for i in range(9)} and len(colours) <= 2 * paint
+    for name in colours:  # the paint, and the white that the exporter puts first
+        value = meshes["Grid"][name][0, 0]
+        assert min(abs(value - 1.0), abs(value - 0.25)) < 1e-3 and np.ptp(meshes["Grid"][name][:, :3]) == 0.0
+
+
 def test_a_world_without_light_is_said(scene, ball, exported, tmp_path, capfd):
     """No vertex colours then."""
     scene.prt.gltf.light, scene.world = True, None
