@@ -30,7 +30,7 @@ HDRIS = ("forest", "city", "courtyard", "interior", "night", "studio", "sunrise"
 MODES = ("UNSHADOWED", "SHADOWED", "INTERREFLECTED")
 NO_LAMPS = "INTERREFLECTED, NO LAMPS"
 PERCENTAGE = 50
-SMALL_PERCENTAGE = 25
+SMALL_PERCENTAGE, SMALL_TRUTH_SAMPLES = 25, 64
 TRUTH_SAMPLES = 128
 TURN_WIDTH = 420
 CAPTION = 18
@@ -110,7 +110,7 @@ def publish_scenes(work: Path, output: Path) -> None:
         bpy.ops.prt.bake(mode="INTERREFLECTED")
         pairs, errors[name] = [], []
         for hdri in tqdm(HDRIS, desc=name, file=sys.stdout):
-            wanted = truth(scene, hdri, work)
+            wanted = truth(scene, hdri, work, SMALL_TRUTH_SAMPLES)
             bare, shown = (relit(scene, work, lamps) for lamps in ("NONE", "AUTO"))
             pairs.append((wanted.shown, shown.shown))
             of_shown, of_bare = (frames.relative_rms(one.linear, wanted.linear) for one in (shown, bare))
@@ -191,11 +191,11 @@ def change_sky(scene: bpy.types.Scene, hdri: str) -> None:
     texture.image = bpy.data.images.load(str(headless.studio_hdri(hdri)), check_existing=True)
 
 
-def truth(scene: bpy.types.Scene, hdri: str, work: Path) -> Shot:
+def truth(scene: bpy.types.Scene, hdri: str, work: Path, samples: int = TRUTH_SAMPLES) -> Shot:
     """The view by Cycles, with as many bounces as the interreflected bake."""
     change_sky(scene, hdri)
     frames.use_cycles(scene)
-    scene.cycles.samples = TRUTH_SAMPLES
+    scene.cycles.samples = samples
     return shoot(scene, work)
 
 

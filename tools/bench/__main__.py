@@ -49,6 +49,8 @@ def whole() -> Iterator[Experiment]:
     yield "previews", lambda: run.previews("INTERREFLECTED", 100_000, 256, 3)
     for size in (10_000, 100_000, 1_000_000):
         yield f"first_picture {size}", partial(run.first_picture, size, 3 if size < 1_000_000 else 1)
+    for lamps in (0, 1, 4):
+        yield f"eevee_frames {lamps}", partial(run.eevee_frames, lamps, 5)
     yield "page_frames", lambda: run.page_frames(100_000)
 
 

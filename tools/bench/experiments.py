@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
 from itertools import pairwise
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -263,6 +264,14 @@ def first_picture(receivers: int, turns: int) -> Result:
 
     first, last = (float(np.median(column)) for column in zip(*(press() for _ in range(turns)), strict=True))
     return {"receivers": receivers, "samples": settings.samples, "first": first, "last": last}
+
+
+def eevee_frames(lamps: int, turns: int) -> Result:
+    """Frames of relit materials over those of the user's alone; see `eevee_frames`. Needs `headless`' extension."""
+    import eevee_frames as frames
+
+    with TemporaryDirectory() as folder:
+        return frames.eevee_frames(lamps, turns, Path(folder))
 
 
 def page_frames(vertices: int) -> Result:

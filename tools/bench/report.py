@@ -121,6 +121,12 @@ def _first_picture(result: dict[str, Any]) -> Iterator[Row]:
     yield what, f"{result['first']:.1f} / {result['last']:.1f} s", wanted
 
 
+def _eevee_frames(result: dict[str, Any]) -> Iterator[Row]:
+    lamps = f"{result['lamps']} lamp{'' if result['lamps'] == 1 else 's'}"
+    yield f"A relit frame of EEVEE over the user's material alone, {lamps}", _both(result["relit"]), "<= 1.30"
+    yield "That with a white surface lit for a shader to read, and no transport", _both(result["second"]), ""
+
+
 def _page_frames(result: dict[str, Any]) -> Iterator[Row]:
     for what, key in (("the camera moves", "camera"), ("the sky turns", "sky")):
         frame = result[key]
@@ -140,6 +146,7 @@ _ROWS = {
     "blender": _blender,
     "previews": _previews,
     "first_picture": _first_picture,
+    "eevee_frames": _eevee_frames,
     "page_frames": _page_frames,
 }
 
