@@ -31,11 +31,12 @@ from .scene.light.state import light_state, note_repainted
 from .scene.material.reading import PART
 from .scene.mesh.carrier import put_away, transport_mesh
 from .scene.mesh.layers import is_baked
+from .scene.settings import scene_light_settings
 from .scene.shading.helper_groups import renew_lamps_group
 from .scene.shading.probe import is_probe
 from .scene.shading.shading import follow_group, follow_surface
 from .scene.shading.surface_nodes import lamps_shine
-from .scene.sky.projection import LightSettings, project
+from .scene.sky.projection import project
 from .scene.sky.sky import lighting_world, objects_seen, read_world
 from .session import session
 from .worker.job import end_engine, running_job
@@ -112,7 +113,7 @@ def _follow_sky(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
             _wait_for_pause()
         return
     source = lighting_world(scene)
-    _project(scene.world, source.evaluated_get(depsgraph) if source else scene.world)
+    _project(scene, source.evaluated_get(depsgraph) if source else scene.world)
 
 
 def _needs_light(scene: bpy.types.Scene) -> bool:
@@ -142,17 +143,18 @@ def _after_pause() -> float | None:
         return _PAUSE
     for scene in {window.scene for window in bpy.context.window_manager.windows}:
         if scene.prt.auto_light and _needs_light(scene):
-            _project(scene.world, lighting_world(scene) or scene.world)
+            _project(scene, lighting_world(scene) or scene.world)
     return None
 
 
-def _project(world: bpy.types.World, now: bpy.types.World) -> None:
-    """Project a world again if its light is stale.
+def _project(scene: bpy.types.Scene, now: bpy.types.World) -> None:
+    """Project a scene's world again if its light is stale: as it was projected, or as the scene says if it never was.
 
     Args:
-        world: where the light is written.
+        scene: on whose world the light is written.
         now: the world that lights, as it is now: itself, or as a depsgraph evaluates it at the frame of a render.
     """
+    world = scene.world
     itself = now.original == world
     if is_keyframed(world):
         _mend(world, now.original)
@@ -161,7 +163,7 @@ def _project(world: bpy.types.World, now: bpy.types.World) -> None:
         return
     session.projecting = True
     try:
-        settings = light_settings_of(world) if is_projected(world) else LightSettings()
+        settings = light_settings_of(world) if is_projected(world) else scene_light_settings(scene)
         projection = project(read_world(now, world), settings)
         write_light(
             read_world(now.original, world), projection, insert=False

@@ -291,7 +291,15 @@ def light_settings(scene: bpy.types.Scene, operator: bpy.types.Operator) -> Ligh
     Raises:
         PRTError: if the cutoff is no number, which scripts can set.
     """
-    found = LightSettings(**_values(LightProperties, scene.prt, operator))
+    return _checked(LightSettings(**_values(LightProperties, scene.prt, operator)))
+
+
+def scene_light_settings(scene: bpy.types.Scene) -> LightSettings:
+    """The same by the scene's settings alone. Errors likewise."""
+    return _checked(LightSettings(**{name: getattr(scene.prt, name) for name in LightProperties.__annotations__}))
+
+
+def _checked(found: LightSettings) -> LightSettings:
     if not found.cutoff >= 1.0:
         raise PRTError(f"A window's cutoff is at least 1, not {found.cutoff}: set another, then project.")
     return found

@@ -154,6 +154,18 @@ def test_another_world_puts_the_lamps_out(blender, stage, sunny):
     assert any("prt_lamps_of" in one for one in other.collection.children)
 
 
+def test_lamps_of_a_world_that_was_put_in_its_place(blender, part, stage, sunny):
+    """It is followed as the scene's settings say: its sun is taken out, too."""
+    bake(blender, lamps="AUTO")
+    scene = blender.context.scene
+    for lamps, count in (("NONE", 0), ("AUTO", 1)):
+        scene.prt.lamps = lamps
+        world, _ = stage.environment(stage.picture("Other Sun", stage.sunny_sky()))
+        blender.context.view_layer.update()
+        assert part("light").has_light(world)
+        assert sum("prt_lamps_of" in one for one in scene.collection.children) == count
+
+
 def test_the_light_says_what_lamps_show(blender, part, stage, sunny):
     """What is stored for them is their share of the light; less it, the sky has no sun."""
     blender.ops.prt.project_light(lamps="ONE")
