@@ -3,7 +3,7 @@
 
     python tools/gallery.py [--output FOLDER]
 
-Writes docs/gallery.md, docs/scenes.md and docs/pictures; by way of the demo, so that they show what a user gets.
+Writes docs/gallery.md and docs/pictures; by way of the demo, so that they show what a user gets.
 """
 
 from __future__ import annotations
@@ -56,8 +56,8 @@ def main() -> None:
     try:
         demo.run(None, work)
         publish_demo(work, output / "pictures")
-        publish_gallery(work, output)
-        publish_scenes(work, output)
+        lines = [*publish_gallery(work, output), *publish_scenes(work, output)]
+        (output / "gallery.md").write_text("\n".join([*lines, ""]))
     finally:
         headless.disable_extension()
 
@@ -75,8 +75,8 @@ def publish_demo(made: Path, pictures: Path) -> None:
     frames.save_gif(pictures / "turn.gif", small)
 
 
-def publish_gallery(work: Path, output: Path) -> None:
-    """One sheet per HDRI, and a table of how far each mode is from the truth."""
+def publish_gallery(work: Path, output: Path) -> list[str]:
+    """One sheet per HDRI; the lines of docs/gallery.md, with a table of how far each mode is from the truth."""
     bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     demo_scene.build()
     scene = bpy.context.scene
@@ -95,11 +95,11 @@ def publish_gallery(work: Path, output: Path) -> None:
     for hdri in HDRIS:
         sheet(truths[hdri], shots[hdri]).save(output / "pictures" / "gallery" / f"{hdri}.jpg", quality=85)
     clamps(scene, work).save(output / "pictures" / "gallery" / "clamp.jpg", quality=88)
-    (output / "gallery.md").write_text(page(truths, shots))
+    return page(truths, shots)
 
 
-def publish_scenes(work: Path, output: Path) -> None:
-    """Five scenes under each HDRI: a sheet of EEVEE beside Cycles for each, and a table of how far they are apart."""
+def publish_scenes(work: Path, output: Path) -> list[str]:
+    """Five scenes under each HDRI: a sheet of EEVEE beside Cycles for each; further lines, with a table of how far they are apart."""
     errors: dict[str, list[tuple[float, float]]] = {}
     for name, build in gallery_scenes.SCENES.items():
         bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
@@ -116,7 +116,7 @@ def publish_scenes(work: Path, output: Path) -> None:
             of_shown, of_bare = (frames.relative_rms(one.linear, wanted.linear) for one in (shown, bare))
             errors[name].append((of_shown, of_bare))
         contact(pairs).save(output / "pictures" / "gallery" / f"{name.lower()}.jpg", quality=85)
-    (output / "scenes.md").write_text(scenes_page(errors))
+    return scenes_page(errors)
 
 
 def contact(pairs: Sequence[tuple[Image.Image, Image.Image]]) -> Image.Image:
@@ -131,13 +131,13 @@ def contact(pairs: Sequence[tuple[Image.Image, Image.Image]]) -> Image.Image:
     return whole
 
 
-def scenes_page(errors: dict[str, list[tuple[float, float]]]) -> str:
-    """docs/scenes.md."""
+def scenes_page(errors: dict[str, list[tuple[float, float]]]) -> list[str]:
+    """The lines on five scenes."""
     lines = [
-        "# Scenes",
         "",
-        "Made by `make gallery`: five scenes, interreflected, under every HDRI that Blender ships. Numbers are measured as those of the",
-        "[gallery](gallery.md); those in brackets are without lamps taken out of the sky.",
+        "## Five scenes",
+        "",
+        "Interreflected, whole materials, under each HDRI. Numbers in brackets are without lamps taken out of the sky.",
         "",
         "| HDRI | " + " | ".join(errors) + " |",
         "|---|" + "---|" * len(errors),
@@ -147,8 +147,8 @@ def scenes_page(errors: dict[str, list[tuple[float, float]]]) -> str:
         lines.append(f"| {hdri} | " + " | ".join(cells) + " |")
     for name in errors:
         about = str(gallery_scenes.SCENES[name].__doc__)
-        lines += ["", f"## {name}", "", about, "", f"![{name}](pictures/gallery/{name.lower()}.jpg)"]
-    return "\n".join([*lines, ""])
+        lines += ["", f"### {name}", "", about, "", f"![{name}](pictures/gallery/{name.lower()}.jpg)"]
+    return lines
 
 
 def clamps(scene: bpy.types.Scene, work: Path) -> Image.Image:
@@ -257,8 +257,8 @@ def scale_of_differences(width: int, height: int) -> Image.Image:
     return picture
 
 
-def page(truths: dict[str, Shot], shots: dict[str, dict[str, Shot]]) -> str:
-    """docs/gallery.md."""
+def page(truths: dict[str, Shot], shots: dict[str, dict[str, Shot]]) -> list[str]:
+    """The lines on the demo's scene."""
     lines = [
         "# Gallery",
         "",
@@ -284,7 +284,7 @@ def page(truths: dict[str, Shot], shots: dict[str, dict[str, Shot]]) -> str:
         "",
         "![An orange lamp in a grey room](pictures/gallery/clamp.jpg)",
     ]
-    return "\n".join([*lines, ""])
+    return lines
 
 
 if __name__ == "__main__":
