@@ -84,7 +84,7 @@ def test_shards_merge_to_the_plain_bake(blender, scene, stage, tmp_path, mode, f
     forget()
     blender.ops.prt.bake(mode=mode, **OPTIONS)
     assert stage.baked_bytes(scene) == merged
-    assert [len(layers) for layers, _ in merged[0].values()] == [9] * 4
+    assert [len(layers) for layers, _ in merged[0].values()] == [12, 9, 9, 9]  # one is a sheet, with backs
 
 
 def test_whatever_order_objects_are_selected_in(blender, scene, stage, tmp_path, forget):

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Literal
 
 import bpy
@@ -283,6 +283,16 @@ class Graph:
         for name, value in (("Factor_Float", factor), (f"A_{kind}", zero), (f"B_{kind}", one)):
             self.feed(entries[name], value)
         return next(output for output in node.outputs if output.identifier == f"Result_{kind}")
+
+    def group(
+        self, tree: bpy.types.NodeTree, inputs: Mapping[str, bpy.types.NodeSocket]
+    ) -> dict[str, bpy.types.NodeSocket]:
+        """The outputs of a group, by their names, that is fed by the names of its inputs."""
+        node = self.add("ShaderNodeGroup")
+        node.node_tree = tree
+        for name, source in inputs.items():
+            self.feed(node.inputs[name], source)
+        return {output.name: output for output in node.outputs}
 
     def to_world(self, direction: object) -> bpy.types.NodeSocket:
         """Unit vector in world axes of a direction in the axes of the object that is shaded."""

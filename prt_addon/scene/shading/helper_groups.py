@@ -23,8 +23,8 @@ _LIMITS_LENGTH = bpy.app.version >= (5, 1, 0)
 _CURRENT = 5 if _LIMITS_LENGTH else 4
 
 
-_Sockets = dict[str, bpy.types.NodeSocket]
-_Kinds = dict[str, str]
+Sockets = dict[str, bpy.types.NodeSocket]
+Kinds = dict[str, str]
 _LIGHT = {"Shading": "Color", "Lamps": "Color", "Sky Seen": "Float"}
 
 
@@ -34,7 +34,7 @@ def lamps_group() -> bpy.types.NodeTree:
     EEVEE adds its own light of the sky to that of lamps, and a shader cannot have the one without the other. But its own is known:
     bands 0 and 1 of the SH light, the second weakened until it does not outdo the first.
     """
-    return _group("PRT Lamps", {"Normal": "Vector"}, {"Lamps": "Color"}, _lamps)
+    return part_group("PRT Lamps", {"Normal": "Vector"}, {"Lamps": "Color"}, _lamps)
 
 
 def renew_lamps_group() -> None:
@@ -46,12 +46,12 @@ def renew_lamps_group() -> None:
 def detail_group() -> bpy.types.NodeTree:
     """The baked light at a normal that a map or a bump bends away from the surface's own."""
     inputs = {"Normal": "Vector", "Shading": "Color", **dict.fromkeys(DETAIL, "Color")}
-    return _group("PRT Detail", inputs, {"Shading": "Color"}, _detail)
+    return part_group("PRT Detail", inputs, {"Shading": "Color"}, _detail)
 
 
 def diffuse_group() -> bpy.types.NodeTree:
     """What reflects all light alike in all directions."""
-    return _group("PRT Diffuse", {"Color": "Color", **_LIGHT}, {"Diffuse": "Shader"}, _diffuse)
+    return part_group("PRT Diffuse", {"Color": "Color", **_LIGHT}, {"Diffuse": "Shader"}, _diffuse)
 
 
 def glossy_group(colour: str = "Color") -> bpy.types.NodeTree:
@@ -61,7 +61,7 @@ def glossy_group(colour: str = "Color") -> bpy.types.NodeTree:
         colour: how the BSDF calls its own.
     """
     results = {"Diffuse": "Shader", colour: "Color"}
-    return _group(f"PRT Glossy {colour}", {colour: "Color", **_LIGHT}, results, _glossy)
+    return part_group(f"PRT Glossy {colour}", {colour: "Color", **_LIGHT}, results, _glossy)
 
 
 def principled_group() -> bpy.types.NodeTree:
@@ -69,15 +69,21 @@ def principled_group() -> bpy.types.NodeTree:
     numbers = ("Metallic", "Roughness", "IOR", "Alpha", "Specular IOR Level", "Transmission Weight", "Coat Weight")
     inputs = {"Base Color": "Color", **dict.fromkeys(numbers, "Float"), **_LIGHT}
     results = {"Diffuse": "Shader", "Base Color": "Color", "Specular IOR Level": "Float", "Coat Weight": "Float"}
-    return _group("PRT Principled", inputs, results, _principled)
+    return part_group("PRT Principled", inputs, results, _principled)
 
 
-def _group(
-    name: str, inputs: _Kinds, outputs: _Kinds, build: Callable[[Graph, _Sockets], _Sockets]
+def part_group(
+    name: str, inputs: Kinds, outputs: Kinds, build: Callable[[Graph, Sockets], Sockets]
 ) -> bpy.types.NodeTree:
     """The group of a name, built on first use and shared by all materials. Marked as a part, it goes with its last user.
 
     It takes the place of others of that name: those of other versions, and copies of itself, which appended materials bring along.
+
+    Args:
+        name: of the group.
+        inputs: kinds of its sockets by their names.
+        outputs: likewise.
+        build: adds the nodes between them; given the inputs, it returns what feeds the outputs.
     """
     local = [tree for tree in bpy.data.node_groups if tree.get(PART) == name and _VERSION in tree and is_local(tree)]
     current = next((tree for tree in local if tree[_VERSION] == _CURRENT), None) or _built(name, inputs, outputs, build)
@@ -88,9 +94,7 @@ def _group(
     return current
 
 
-def _built(
-    name: str, inputs: _Kinds, outputs: _Kinds, build: Callable[[Graph, _Sockets], _Sockets]
-) -> bpy.types.NodeTree:
+def _built(name: str, inputs: Kinds, outputs: Kinds, build: Callable[[Graph, Sockets], Sockets]) -> bpy.types.NodeTree:
     tree = bpy.data.node_groups.new(name, "ShaderNodeTree")
     tree[PART], tree[_VERSION] = name, _CURRENT
     for sockets, side in ((inputs, "INPUT"), (outputs, "OUTPUT")):
@@ -107,7 +111,7 @@ def _built(
     return tree
 
 
-def _lamps(graph: Graph, given: _Sockets) -> _Sockets:
+def _lamps(graph: Graph, given: Sockets) -> Sockets:
     normal = graph.normal_or_surface_normal(given["Normal"])
     diffuse, light = graph.add("ShaderNodeBsdfDiffuse"), graph.add("ShaderNodeShaderToRGB")
     diffuse.inputs["Color"].default_value = (1.0, 1.0, 1.0, 1.0)
@@ -165,7 +169,7 @@ def _largest(graph: Graph, *vectors: bpy.types.NodeSocket) -> bpy.types.NodeSock
     return graph.vector("MAXIMUM", graph.vector("MAXIMUM", first, second), third)
 
 
-def _detail(graph: Graph, given: _Sockets) -> _Sockets:
+def _detail(graph: Graph, given: Sockets) -> Sockets:
     """Adds the gradient of the light times what the normal is bent by."""
     own = graph.add("ShaderNodeNewGeometry").outputs["Normal"]
     bent = graph.components(graph.vector("SUBTRACT", given["Normal"], own))
@@ -173,12 +177,12 @@ def _detail(graph: Graph, given: _Sockets) -> _Sockets:
     return {"Shading": graph.vector("MAXIMUM", graph.vector("ADD", given["Shading"], more), (0.0, 0.0, 0.0))}
 
 
-def _diffuse(graph: Graph, given: _Sockets) -> _Sockets:
+def _diffuse(graph: Graph, given: Sockets) -> Sockets:
     light = graph.vector("ADD", given["Shading"], given["Lamps"])
     return {"Diffuse": _emission(graph, graph.vector("MULTIPLY", light, given["Color"]))}
 
 
-def _glossy(graph: Graph, given: _Sockets) -> _Sockets:
+def _glossy(graph: Graph, given: Sockets) -> Sockets:
     """EEVEE's gloss mirrors the sky as if nothing stood before it.
 
     So it is dimmed to the share of sky that is seen there. What stands in the sky's place is taken to send as much light as what
@@ -190,7 +194,7 @@ def _glossy(graph: Graph, given: _Sockets) -> _Sockets:
     return {"Diffuse": _emission(graph, scene), name: graph.vector("MULTIPLY", colour, given["Sky Seen"])}
 
 
-def _principled(graph: Graph, given: _Sockets) -> _Sockets:
+def _principled(graph: Graph, given: Sockets) -> Sockets:
     """Diffuse: `base (1 - E)`, of what is neither metal nor transmits. Gloss as in `_glossy`."""
     base, metallic, seen = given["Base Color"], given["Metallic"], given["Sky Seen"]
     opaque = graph.math("SUBTRACT", 1.0, given["Transmission Weight"])
@@ -222,7 +226,7 @@ def _emission(graph: Graph, colour: bpy.types.NodeSocket, strength: object = 1.0
 _KARIS_SLOPE, _KARIS_START = (-1.0, -0.0275, -0.572, 0.022), (1.0, 0.0425, 1.04, -0.04)
 
 
-def _specular_albedo(graph: Graph, given: _Sockets) -> bpy.types.NodeSocket:
+def _specular_albedo(graph: Graph, given: Sockets) -> bpy.types.NodeSocket:
     """How much of the light a dielectric's gloss reflects in all, E, as seen from the camera.
 
     The fit of Karis 2014, "Physically Based Shading on Mobile", to the split sum of GGX.

@@ -24,6 +24,8 @@ from ..blender.nodes import Graph
 from ..blender.versions import refuse_newer, version_of
 from ..light.drivers import STRENGTH, TURN
 from ..light.light import LIGHT
+from ..material.reading import PART
+from .helper_groups import Sockets, part_group
 from .light_nodes import DETAIL, Y_0, Y_1, less_colour, second_band, turned_form, turned_vector
 
 GROUP = "PRT Relight"
@@ -47,6 +49,7 @@ def relight_group(with_backs: bool = False) -> bpy.types.NodeTree:
         if tree != current and _version(tree) <= GROUP_VERSION:
             tree.user_remap(current)
             bpy.data.node_groups.remove(tree)
+    _remove_unused_parts()
     return current
 
 
@@ -66,6 +69,12 @@ _OUTPUTS = (
     *((name, "Color", "How the light grows with that component of the normal") for name in DETAIL),
 )
 _SOCKETS = {(name, "INPUT") for name, _, _ in _INPUTS} | {(name, "OUTPUT") for name, _, _ in _OUTPUTS}
+
+_PARTS = ("PRT Turned Light", "PRT Sky Seen", "PRT Detail of Light")
+"""Groups inside: each node that is added to a tree, and each link, takes Blender time by the size of the tree."""
+
+_COEFFICIENTS = tuple(f"Coefficient {i}" for i in range(len(LAYERS)))
+_AXES = ("X Axis", "Y Axis", "Z Axis")
 
 _BANDS_SEEN = (1.0, 1.0, 0.75)
 """Weights of the bands in what a mirror sees: order 2 rings less with the last one damped."""
@@ -101,6 +110,12 @@ def remove_unused_group() -> None:
     """Remove our node groups that no material uses any more."""
     trees = [tree for tree in bpy.data.node_groups if is_relight_group(tree) and is_local(tree)]
     bpy.data.batch_remove([tree for tree in trees if not tree.users])
+    _remove_unused_parts()
+
+
+def _remove_unused_parts() -> None:
+    parts = [tree for tree in bpy.data.node_groups if tree.get(PART) in _PARTS and is_local(tree)]
+    bpy.data.batch_remove([tree for tree in parts if not tree.users])
 
 
 def check_version(material: bpy.types.Material) -> None:
@@ -249,7 +264,17 @@ def _turned(
     graph: Graph, light: list[bpy.types.NodeSocket], axes: list[bpy.types.NodeSocket]
 ) -> list[bpy.types.NodeSocket]:
     """The nine coefficients of a light, turned."""
-    return [light[0], *turned_vector(graph, light[1:4], axes), *turned_form(graph, light[4:9], axes)]
+    names = _COEFFICIENTS[1:]
+
+    def build(inside: Graph, given: Sockets) -> Sockets:
+        band_1, band_2 = ([given[name] for name in some] for some in (names[:3], names[3:]))
+        turn = [given[name] for name in _AXES]
+        return dict(zip(names, [*turned_vector(inside, band_1, turn), *turned_form(inside, band_2, turn)], strict=True))
+
+    kinds = dict.fromkeys(names, "Vector")
+    group = part_group(_PARTS[0], {**kinds, **dict.fromkeys(_AXES, "Vector")}, kinds, build)
+    outputs = graph.group(group, dict(zip((*names, *_AXES), (*light[1:], *axes), strict=True)))
+    return [light[0], *(outputs[name] for name in names)]
 
 
 def _received(
@@ -272,6 +297,24 @@ def _sky_seen(
     of the lobe alone: band l gives `A_l / pi (2 l + 1) / (4 pi) P_l(N.R)` (Ramamoorthi & Hanrahan 2001). It is right for
     what is as rough as order 2 is coarse, and a guide for what is smoother.
     """
+
+    def build(inside: Graph, given: Sockets) -> Sockets:
+        coefficients, axes = ([given[name] for name in names] for names in (_COEFFICIENTS, _AXES))
+        return {"Sky Seen": _mirrored_sky(inside, coefficients, given["Own Axes"], axes)}
+
+    kinds = {**dict.fromkeys(_COEFFICIENTS, "Float"), "Own Axes": "Float", **dict.fromkeys(_AXES, "Vector")}
+    group = part_group(_PARTS[1], kinds, {"Sky Seen": "Float"}, build)
+    fed = (*direct, own_axes, *object_axes)
+    return graph.group(group, dict(zip(kinds, fed, strict=True)))["Sky Seen"]
+
+
+def _mirrored_sky(
+    graph: Graph,
+    direct: list[bpy.types.NodeSocket],
+    own_axes: bpy.types.NodeSocket,
+    object_axes: list[bpy.types.NodeSocket],
+) -> bpy.types.NodeSocket:
+    """The nodes of `_sky_seen`."""
     geometry = graph.add("ShaderNodeNewGeometry")
     normal, view = geometry.outputs["Normal"], geometry.outputs["Incoming"]
     mirrored = graph.vector("MULTIPLY", graph.vector("REFLECT", view, normal), (-1.0, -1.0, -1.0))
@@ -313,6 +356,27 @@ def _detail(
         own_axes: whether these axes are the object's own.
         object_axes: the object's axes in the world.
     """
+    names = _COEFFICIENTS[1:]
+
+    def build(inside: Graph, given: Sockets) -> Sockets:
+        coefficients, axes = ([given[name] for name in some] for some in (names, _AXES))
+        gradient = _gradient(inside, coefficients, given["Share"], given["Own Axes"], axes)
+        return dict(zip(DETAIL, gradient, strict=True))
+
+    kinds = {**dict.fromkeys(names, "Vector"), "Share": "Float", "Own Axes": "Float", **dict.fromkeys(_AXES, "Vector")}
+    group = part_group(_PARTS[2], kinds, dict.fromkeys(DETAIL, "Color"), build)
+    outputs = graph.group(group, dict(zip(kinds, (*soft, share, own_axes, *object_axes), strict=True)))
+    return [outputs[name] for name in DETAIL]
+
+
+def _gradient(
+    graph: Graph,
+    soft: list[bpy.types.NodeSocket],
+    share: bpy.types.NodeSocket,
+    own_axes: bpy.types.NodeSocket,
+    object_axes: list[bpy.types.NodeSocket],
+) -> list[bpy.types.NodeSocket]:
+    """The nodes of `_detail`."""
     y1, z1, x1, xy, yz, zz, zx, xx = soft
     x, y, z = _along_axes(graph, graph.add("ShaderNodeNewGeometry").outputs["Normal"], own_axes, object_axes)
     graph.column()
