@@ -186,8 +186,8 @@ def test_company_is_shadowed_and_all_rays_are_counted(blender, part, scene, stag
     plan = part("read").read_bake(blender.context, [ground, roof], settings)
     job = part("job").bake_job(plan.problem, threads=1)
     job.start()
-    assert [len(transport) for transport in job.result().transport] == [4, 4]
-    assert job.done == job.work and job.done.rays == 8 * 64
+    assert [len(transport) for transport in job.result().transport] == [4] * 4  # of both sides
+    assert job.done == job.work and job.done.rays == 16 * 64
 
 
 def test_bounces_of_moving_objects_reach_those_that_stay(blender, part, scene, stage):
