@@ -26,7 +26,7 @@ def sheet(stage, name, material, location, turn=(0.0, 0.0, 0.0), unit=1.0):
 def alcove(stage, floor, wall, overhang, unit=1.0):
     """A floor, a wall along its edge and an overhang on the wall, under the sky of six colours. They touch, and share no vertex.
 
-    All show each other their fronts: light that falls on a back returns in Cycles, and does not in our bake.
+    All show each other their fronts.
     """
     world, _ = stage.environment(stage.picture("Six", stage.six_coloured_sky()))
     world.cycles.sampling_method = "NONE"  # so soft a sky is found by the cosine alone: ten times as fast
