@@ -31,7 +31,7 @@ from .scene.light.state import light_state, note_repainted
 from .scene.material.reading import PART
 from .scene.mesh.carrier import put_away, transport_mesh
 from .scene.mesh.layers import is_baked
-from .scene.settings import scene_light_settings
+from .scene.settings import light_settings
 from .scene.shading.helper_groups import renew_lamps_group
 from .scene.shading.probe import is_probe
 from .scene.shading.shading import follow_group, follow_surface
@@ -163,7 +163,7 @@ def _project(scene: bpy.types.Scene, now: bpy.types.World) -> None:
         return
     session.projecting = True
     try:
-        settings = light_settings_of(world) if is_projected(world) else scene_light_settings(scene)
+        settings = light_settings_of(world) if is_projected(world) else light_settings(scene)
         projection = project(read_world(now, world), settings)
         write_light(
             read_world(now.original, world), projection, insert=False

@@ -207,6 +207,15 @@ def render(path, engine="EEVEE", samples=256):
     return read_exr(path)
 
 
+def without_normal_detail():
+    """Have EEVEE leave the soft light as it is where normals are bent."""
+    for detail in (tree for tree in bpy.data.node_groups if tree.name == "PRT Detail"):
+        entry, end = (
+            next(node for node in detail.nodes if node.bl_idname == f"NodeGroup{one}") for one in ("Input", "Output")
+        )
+        detail.links.new(entry.outputs["Shading"], end.inputs["Shading"])
+
+
 def read_exr(path):
     """(height, width, 4) float32 of a written frame."""
     image = bpy.data.images.load(str(path), check_existing=False)

@@ -282,24 +282,16 @@ def bake_settings(scene: bpy.types.Scene, operator: bpy.types.Operator) -> BakeS
 
 def scene_settings(scene: bpy.types.Scene) -> BakeSettings:
     """What the next bake of the scene's own will be."""
-    return BakeSettings(**{name: getattr(scene.prt, name) for name in BakeProperties.__annotations__})
+    return BakeSettings(**_values(BakeProperties, scene.prt))
 
 
-def light_settings(scene: bpy.types.Scene, operator: bpy.types.Operator) -> LightSettings:
-    """What to do against ringing: the operator's own properties where they were given, the scene's where not.
+def light_settings(scene: bpy.types.Scene, operator: bpy.types.Operator | None = None) -> LightSettings:
+    """How to project: the operator's own properties where they were given, the scene's where not.
 
     Raises:
         PRTError: if the cutoff is no number, which scripts can set.
     """
-    return _checked(LightSettings(**_values(LightProperties, scene.prt, operator)))
-
-
-def scene_light_settings(scene: bpy.types.Scene) -> LightSettings:
-    """The same by the scene's settings alone. Errors likewise."""
-    return _checked(LightSettings(**{name: getattr(scene.prt, name) for name in LightProperties.__annotations__}))
-
-
-def _checked(found: LightSettings) -> LightSettings:
+    found = LightSettings(**_values(LightProperties, scene.prt, operator))
     if not found.cutoff >= 1.0:
         raise PRTError(f"A window's cutoff is at least 1, not {found.cutoff}: set another, then project.")
     return found
@@ -312,7 +304,7 @@ def report_settings(scene: bpy.types.Scene, operator: bpy.types.Operator) -> Rep
 
 def run_settings(scene: bpy.types.Scene, operator: bpy.types.Operator | None = None) -> Run:
     """How a bake is carried out; by the scene's settings alone without an operator."""
-    return Run(memory=(_value("memory", scene.prt, operator) if operator else scene.prt.memory) * _MIB)
+    return Run(memory=_value("memory", scene.prt, operator) * _MIB)
 
 
 def checkpoints(scene: bpy.types.Scene, operator: bpy.types.Operator) -> Path | None:
@@ -332,12 +324,12 @@ def absolute_path(path: str) -> Path:
     return Path(bpy.path.abspath(path))
 
 
-def _values(mixin: type, stored: bpy.types.PropertyGroup, operator: bpy.types.Operator) -> dict[str, Any]:
+def _values(mixin: type, stored: bpy.types.PropertyGroup, operator: bpy.types.Operator | None = None) -> dict[str, Any]:
     return {name: _value(name, stored, operator) for name in mixin.__annotations__}
 
 
-def _value(name: str, stored: bpy.types.PropertyGroup, operator: bpy.types.Operator) -> Any:
-    return getattr(operator if operator.properties.is_property_set(name) else stored, name)
+def _value(name: str, stored: bpy.types.PropertyGroup, operator: bpy.types.Operator | None) -> Any:
+    return getattr(operator if operator and operator.properties.is_property_set(name) else stored, name)
 
 
 _register_classes, _unregister_classes = bpy.utils.register_classes_factory(

@@ -131,11 +131,7 @@ def test_normal_detail_acts_on_baked_light(blender, part, over_a_floor, compared
         bent(one, next(node for node in one.node_tree.nodes if "Bsdf" in node.bl_idname), 2.0)
     error, _ = compared()
     truth = stage.read_exr(tmp_path / "truth.exr")
-    [detail] = [tree for tree in blender.data.node_groups if tree.name == "PRT Detail"]
-    entry, end = (
-        next(node for node in detail.nodes if node.bl_idname == f"NodeGroup{end}") for end in ("Input", "Output")
-    )
-    detail.links.new(entry.outputs["Shading"], end.inputs["Shading"])
+    stage.without_normal_detail()
     plain = stage.render(tmp_path / "plain.exr")
     there = np.minimum(truth[..., 3], plain[..., 3]) > 0.99
     without = np.sqrt(((plain - truth)[there][:, :3] ** 2).mean() / (truth[there][:, :3] ** 2).mean())
