@@ -72,7 +72,11 @@ class WholeBakeOperator(JobOperator, BakeProperties, LightProperties):
         )
         problem = whole.plan.problem
         run = replace(run_settings(scene, self), pieces=self._pieces(context, problem.trace_key))
-        return bake_job(problem, run, scene.render.threads, engine_patience(context), self._wants_previews(problem))
+        wants = self._wants_previews(problem)
+        job = bake_job(problem, run, scene.render.threads, engine_patience(context), wants)
+        if wants and (first := whole.first_preview()):
+            job.show(first)
+        return job
 
     def _look(self, context: bpy.types.Context) -> None:
         assert self._job
@@ -82,7 +86,7 @@ class WholeBakeOperator(JobOperator, BakeProperties, LightProperties):
         if self._preview and not self._is_shown and self._bake.can_show(context):
             self._bake.show(context, self._preview)
             self._is_shown = True
-            self._job.shows = f"preview, {_rays(self._preview)}"
+            self._job.shows = f"preview, {self._preview.text}"
             redraw_views(context)
 
     def _abandon(self) -> None:
@@ -93,7 +97,7 @@ class WholeBakeOperator(JobOperator, BakeProperties, LightProperties):
         assert self._job
         if isinstance(result, Preview):
             self._write(context, result.result, result)
-            self._conclude(f"Kept the preview of {self._bake.summary}, {_rays(result)}.")
+            self._conclude(f"Kept the preview of {self._bake.summary}, {result.text}.")
         else:
             self._write(context, result)
             self._conclude(f"Baked {self._bake.summary}, {self._job.work.rays:,} rays.")
@@ -168,11 +172,6 @@ class PRT_OT_keep_preview(bpy.types.Operator):
         if job:
             job.keep()
         return {"FINISHED"}
-
-
-def _rays(preview: Preview) -> str:
-    """How many there are, in words."""
-    return f"{preview.settings.samples} of {preview.samples} rays"
 
 
 CLASSES = (PRT_OT_bake, PRT_OT_bake_stale, PRT_OT_keep_preview)

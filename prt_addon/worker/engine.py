@@ -21,7 +21,7 @@ from .serve import READY
 
 _CHILD = Path(__file__).with_name("child.py")
 _PACKAGES = ("embreex", "numpy")
-_SLICE = 0.005  # seconds for each of sending and reading
+_SLICE = 0.008  # seconds for each of sending and reading
 _SECONDS_TO_START = 60.0  # on a machine that is busy, from a network drive
 _MARGIN = 1.0  # seconds: an engine that is about to end for want of work gets none
 _SINGLE_THREADED = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
@@ -74,7 +74,7 @@ class Engine:
             self._flush()
 
     def receive(self, wait: float = 0.0) -> list[Any]:
-        """What has arrived; waits some seconds for it. Sends and reads for 10 ms at most, so that a window stays live.
+        """What has arrived; waits some seconds for it. Sends and reads for 16 ms at most, so that a window stays live.
 
         Raises:
             EngineError: if the engine came to an end, does not start, or answers what is no message.

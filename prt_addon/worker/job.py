@@ -129,13 +129,17 @@ class Job(Generic[Value]):
             session.engine.send(serve.Cancel())
             self.step()
 
+    def show(self, value: Any) -> None:
+        """Show something of the result that is there before the engine shows any."""
+        self._shown, self._is_new = value, True
+
     def take_shown(self) -> Any:
-        """Take the latest that the engine has shown since the last call, if anything."""
+        """Take the latest that was shown since the last call, if anything."""
         is_new, self._is_new = self._is_new, False
         return self._shown if is_new else None
 
     def keep(self) -> None:
-        """Request that the engine stops and the latest that it has shown is the result."""
+        """Request that the engine stops and the latest that was shown is the result."""
         self._keeps_shown = self._shown is not None
         self.cancel()
 
@@ -164,7 +168,7 @@ class Job(Generic[Value]):
             session.engine.send(serve.Continue())
             return
         if isinstance(word, serve.Shown):
-            self._shown, self._is_new = word.value, True
+            self.show(word.value)
             return
         if isinstance(word, serve.Success):
             self._advance(word.done)

@@ -76,8 +76,13 @@ def modal(blender, part):
                 time.sleep(0.005)
 
         def until_shown(self):
-            self.until(lambda: part("session").session.before)
+            """Until one of the engine's is shown."""
+            self.until(lambda: self._is_shown and self._preview.settings.casts_rays)
             assert part("session").session.before
+            return self
+
+        def until_something_is_shown(self):
+            self.until(lambda: part("session").session.before)
             return self
 
         def until_it_ends(self):
@@ -92,10 +97,10 @@ def modal(blender, part):
 
 @pytest.fixture
 def shown(part, monkeypatch):
-    """The rays per receiver of each preview that is shown."""
+    """The rays per receiver of each preview that is shown; 0 without shadows."""
     whole = part("whole_bake").WholeBake
     seen: list[int] = []
-    rays = recording(whole.show, seen, of=lambda *arguments: arguments[2].settings.samples)
+    rays = recording(whole.show, seen, of=lambda *arguments: arguments[2].settings.samples * arguments[2].settings.casts_rays)
     monkeypatch.setattr(whole, "show", rays)
     return seen
 
@@ -113,7 +118,7 @@ def test_the_end_is_that_of_a_bake_without_previews(blender, stage, modal, shown
         if samples:
             desk = modal(samples)
             assert desk.until_it_ends() == {"FINISHED"}, desk.reports
-            assert shown and set(shown) <= {16, 64}
+            assert shown and set(shown) <= {0, 16, 64} and (shown[0] == 0) != again
         else:
             blender.ops.prt.bake(samples=SAMPLES)
         ends.append(stage.file_snapshot())
@@ -135,7 +140,7 @@ def test_a_cancel_brings_everything_back(blender, part, stage, modal, again):
         desk = modal(LONG)
         until = time.monotonic() + moments.uniform(0.0, 0.5)
         if number % 2:
-            desk.until_shown()
+            desk.until_something_is_shown()
         desk.until(lambda until=until: time.monotonic() > until)
         desk.event("ESC", "PRESS")
         assert desk.until_it_ends() == {"CANCELLED"}
@@ -175,6 +180,35 @@ def test_a_preview_says_what_it_is(blender, part, stage, modal, capfd, tmp_path)
     blender.ops.prt.bake(samples=16)
     assert len([ob for ob in blender.data.objects if part("carrier").is_carrier(ob)]) == 3
     assert not any("preview" in text for text in glances(blender, part))
+
+
+def test_what_takes_no_rays_is_shown_at_once(blender, part, stage, modal):
+    """Light without shadows, from before the engine has answered; it can be kept, and says what it is."""
+    plain, _ = furnish(stage)
+    desk = modal(LONG)
+    desk.event()
+    assert desk.event() == {"RUNNING_MODAL"} and not desk._job.done.rays and part("session").session.before
+    kept = part("layers").read(plain.data)
+    assert set(glances(blender, part)) == {"stale: it is a preview, without shadows"}
+    assert blender.ops.prt.keep_preview() == {"FINISHED"} and desk.until_it_ends() == {"FINISHED"}
+    assert desk.reports[-1] == ("INFO", "Kept the preview of 6 object(s), 816 receivers, without shadows.")
+    assert np.array_equal(part("layers").read(plain.data), kept)
+    blender.ops.prt.bake(mode="UNSHADOWED")
+    assert np.array_equal(part("layers").read(plain.data), kept)
+
+
+def test_an_earlier_bake_shows_more_than_light_without_shadows(blender, part, stage, modal, shown):
+    """It stays until there are rays, beside objects that have none."""
+    plain, carried = furnish(stage)
+    blender.ops.prt.bake(samples=4, seed=7)
+    layers = part("layers").read(plain.data)
+    stage.object_of("Another", stage.cube(), location=(6, 0, 0))
+    desk = modal(LONG)
+    desk.event()
+    desk.event()
+    assert np.array_equal(part("layers").read(plain.data), layers) and not shown
+    desk.until_shown()
+    assert shown == [16]
 
 
 def test_a_preview_can_be_kept(blender, part, stage, modal):

@@ -250,7 +250,10 @@ def first_picture(receivers: int, turns: int) -> Result:
         begun, seen = time.perf_counter(), []
         jobs.wake_engine()
         whole = whole_bake.WholeBake(context, settings, None, True)
-        job = jobs.bake_job(whole.plan.problem, previews=is_worth(whole.plan.problem))
+        is_previewed = is_worth(whole.plan.problem)
+        job = jobs.bake_job(whole.plan.problem, previews=is_previewed)
+        if is_previewed:
+            job.show(whole.first_preview())
         job.start()
         while job.running:
             time.sleep(tick)

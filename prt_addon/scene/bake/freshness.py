@@ -14,6 +14,7 @@ from typing import Literal
 
 import bpy
 
+from ...core.bake.previews import extent
 from ...core.notices import Kind, Notice
 from ...core.problem import BakeSettings
 from ...session import session
@@ -133,7 +134,7 @@ def note_baked(objects: Iterable[bpy.types.Object], as_read: bool = True) -> Non
 def preview_notices(objects: Iterable[bpy.types.Object]) -> list[Notice]:
     """Make a notice on each object that shows a preview: of a bake that runs, was kept, or was not over when the file was saved."""
     records = [(ob.name, _record(ob)) for ob in objects]
-    return [Notice(_PREVIEW, name, {"rays": _seen(record)}) for name, record in records if record and record.preview_of]
+    return [Notice(_PREVIEW, name, {"rays": extent(record.settings, record.preview_of)}) for name, record in records if record and record.preview_of]
 
 
 def glance(context: bpy.types.Context, ob: bpy.types.Object, settings: BakeSettings | None = None) -> Freshness:
@@ -159,7 +160,7 @@ def glance(context: bpy.types.Context, ob: bpy.types.Object, settings: BakeSetti
     phrases: dict[Cause, str] = {cause: phrase for cause, phrase in _PHRASES.items() if cause in causes}
     other_settings = _other_settings(record, settings or scene_settings(context.scene), ob.prt.space)
     if record.preview_of:
-        phrases = {"PREVIEW": f"it is a preview, {_seen(record)}", **phrases}
+        phrases = {"PREVIEW": f"it is a preview, {extent(record.settings, record.preview_of)}", **phrases}
     elif other_settings:
         phrases["SETTINGS"] = f"baked with other settings ({other_settings})"
     if phrases:
@@ -187,11 +188,6 @@ def _record(ob: bpy.types.Object) -> BakeRecord | None:
     if record and record.version > FORMAT_VERSION:  # whose layers may be others
         return record
     return (record or BakeRecord(BakeSettings(), "SCENE")) if is_baked(mesh) else None
-
-
-def _seen(record: BakeRecord) -> str:
-    """How much of its bake a preview is, in words."""
-    return f"{record.settings.samples} of {record.preview_of} rays"
 
 
 def _checkable(ob: bpy.types.Object) -> BakeRecord | None:

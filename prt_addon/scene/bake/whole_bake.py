@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import bpy
 
 from ...core.bake.bake import BakeResult
-from ...core.bake.previews import Preview
+from ...core.bake.previews import Preview, open_sky
 from ...core.errors import MeshError, PRTError
 from ...core.layout import packed_backs
 from ...core.notices import Kind, Notice
@@ -133,6 +133,12 @@ class WholeBake:
         """Whether Blender is ready for a preview: neither rendering, nor in a mode that works on the meshes themselves."""
         rendering = bpy.app.is_job_running("RENDER")
         return not rendering and context.mode == "OBJECT" and all(ob.mode == "OBJECT" for ob, _ in self._objects())
+
+    def first_preview(self) -> Preview | None:
+        """What can be shown before a ray is cast; None where an earlier bake shows more."""
+        if any(layers.is_baked(carrier.transport_mesh(ob)) for ob, _ in self._objects()):
+            return None
+        return open_sky(self.plan.problem)
 
     def show(self, context: bpy.types.Context, preview: Preview) -> None:
         """Write a preview until something else is written, or it is taken back (`before.take_back`).

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from prt_addon.core.bake.cache import CasterCache, TraceCache
-from prt_addon.core.bake.previews import FIRST, is_worth, preview_settings, previews
+from prt_addon.core.bake.previews import FIRST, extent, is_worth, open_sky, preview_settings, previews
 from prt_addon.core.bake.run import Run
 from prt_addon.core.errors import Cancelled
 from prt_addon.core.problem import MOST_SAMPLES, BakeProblem, BakeSettings
@@ -71,6 +71,16 @@ def test_they_are_close_to_what_they_show():
     whole = np.concatenate(transport)
     error = [np.linalg.norm(np.concatenate(one.result.transport) - whole) for one in seeing.shown]
     assert error[0] < 0.2 * np.linalg.norm(whole) and error[1] < error[0] / 2 and error[2] < error[1] / 2
+
+
+def test_before_them_there_is_light_without_shadows():
+    """Which takes no rays; each says how much of the bake it shows."""
+    groups, occluders = bouncing.corner(8)
+    first = open_sky(BakeProblem.of(groups, occluders, SETTINGS))
+    unshadowed = bake(groups, occluders, BakeSettings("UNSHADOWED"))
+    assert all(map(np.array_equal, first.result.transport, unshadowed))
+    assert (first.samples, first.text) == (256, "without shadows")
+    assert extent(replace(SETTINGS, samples=16), 256) == "16 of 256 rays"
 
 
 def test_the_ray_caster_is_built_once(monkeypatch):
