@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Renders three frames of one bake, as the pages show them: its two previews, and its end.
+"""Renders three frames of one bake, as the button shows them: without shadows, after its first rays, and its end.
 
 python tools/previews.py [--output FILE]
 """
@@ -18,7 +18,7 @@ from frames import render, set_up_render, side_by_side
 from headless import bpy
 from PIL import Image
 
-SAMPLES = 1024
+SAMPLES = 256
 QUALITY = 85
 
 
@@ -47,9 +47,9 @@ def draw(folder: Path) -> list[Path]:
         bpy.context, settings, part("scene.sky.projection").LightSettings(), True
     )
     run, pictures = part("core.bake.run").DEFAULT_RUN, []
-    for preview in part("core.bake.previews").previews(whole.plan.problem, run):
+    for preview in (whole.first_preview(), *part("core.bake.previews").previews(whole.plan.problem, run)):
         whole.show(bpy.context, preview)
-        pictures.append(render(scene, folder / f"{preview.settings.samples}.png"))
+        pictures.append(render(scene, folder / f"{len(pictures)}.png"))
     whole.write(bpy.context, part("core.bake.bake").bake(whole.plan.problem, run))
     return [*pictures, render(scene, folder / "end.png")]
 

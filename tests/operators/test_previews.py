@@ -100,7 +100,9 @@ def shown(part, monkeypatch):
     """The rays per receiver of each preview that is shown; 0 without shadows."""
     whole = part("whole_bake").WholeBake
     seen: list[int] = []
-    rays = recording(whole.show, seen, of=lambda *arguments: arguments[2].settings.samples * arguments[2].settings.casts_rays)
+    rays = recording(
+        whole.show, seen, of=lambda *arguments: arguments[2].settings.samples * arguments[2].settings.casts_rays
+    )
     monkeypatch.setattr(whole, "show", rays)
     return seen
 

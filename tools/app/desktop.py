@@ -258,6 +258,18 @@ class Window:
         shell("import", "-window", "root", path)
         return path
 
+    def film(self, name: str, frames: int = 12, pause: float = 0.25) -> Path:
+        """Keep what is on the screen from now on, so many times with so many seconds between: a sheet of small pictures that say when."""
+        begun, shots = time.monotonic(), list[object]()
+        for number in range(frames):
+            time.sleep(max(0.0, begun + number * pause - time.monotonic()))
+            shot = self.scratch / f"film_{number}.ppm"
+            shots += ["-label", f"{time.monotonic() - begun:.2f} s", shot]
+            shell("import", "-window", "root", "-resize", "33%", shot)
+        path = self.pictures / f"{name}.png"
+        shell("montage", *shots, "-tile", "3x", "-geometry", "+2+2", path)
+        return path
+
 
 def difference(one: Path, other: Path) -> float:
     """RMS difference of two pictures, 0..1."""

@@ -9,10 +9,12 @@ import numpy as np
 import scenes
 
 
-def court(receivers: int) -> list[bpy.types.Object]:
-    """`scenes.court` in an empty file, smooth, each mesh in its colour; all selected."""
+def court(receivers: int, sides: str = "FRONTS") -> list[bpy.types.Object]:
+    """`scenes.court` in an empty file, smooth, each mesh in its colour; all selected. With fronts alone a vertex is a receiver."""
     bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     objects = [_object_of(mesh) for mesh in scenes.court(receivers)]
+    for ob in objects:
+        ob.prt.sides = sides
     bpy.context.view_layer.update()
     return objects
 

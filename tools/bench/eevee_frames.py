@@ -31,7 +31,7 @@ def eevee_frames(lamps: int, turns: int, folder: Path) -> dict[str, Any]:
         turns: of all three.
         folder: where frames are written.
     """
-    objects = blender_scene.court(20_000)
+    objects = blender_scene.court(20_000, sides="AUTO")
     _surroundings(lamps)
     own = {ob: ob.data.materials[0] for ob in objects}
     second = {ob: _lit_twice(material) for ob, material in own.items()}

@@ -20,7 +20,7 @@ FIRST = 16
 
 _GROWTH = 4
 _SHARE = 10  # of all rays, at most one in so many is cast for previews
-_WORTH = 1 << 22  # rays, which take a second: a bake of fewer is there as soon as its preview
+_WORTH = 1 << 21  # rays, which take half a second: a bake of fewer is there as soon as its preview
 
 
 @dataclass(frozen=True)

@@ -134,7 +134,11 @@ def note_baked(objects: Iterable[bpy.types.Object], as_read: bool = True) -> Non
 def preview_notices(objects: Iterable[bpy.types.Object]) -> list[Notice]:
     """Make a notice on each object that shows a preview: of a bake that runs, was kept, or was not over when the file was saved."""
     records = [(ob.name, _record(ob)) for ob in objects]
-    return [Notice(_PREVIEW, name, {"rays": extent(record.settings, record.preview_of)}) for name, record in records if record and record.preview_of]
+    return [
+        Notice(_PREVIEW, name, {"rays": extent(record.settings, record.preview_of)})
+        for name, record in records
+        if record and record.preview_of
+    ]
 
 
 def glance(context: bpy.types.Context, ob: bpy.types.Object, settings: BakeSettings | None = None) -> Freshness:
