@@ -201,7 +201,7 @@ def test_what_takes_no_rays_is_shown_at_once(blender, part, stage, modal):
 
 def test_an_earlier_bake_shows_more_than_light_without_shadows(blender, part, stage, modal, shown):
     """It stays until there are rays, beside objects that have none."""
-    plain, carried = furnish(stage)
+    plain, _ = furnish(stage)
     blender.ops.prt.bake(samples=4, seed=7)
     layers = part("layers").read(plain.data)
     stage.object_of("Another", stage.cube(), location=(6, 0, 0))
