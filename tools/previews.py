@@ -46,7 +46,7 @@ def draw(folder: Path) -> list[Path]:
     whole = part("scene.bake.whole_bake").WholeBake(
         bpy.context, settings, part("scene.sky.projection").LightSettings(), True
     )
-    run, pictures = part("core.bake.run").DEFAULT_RUN, []
+    run, pictures = part("core.bake.run").DEFAULT_RUN, list[Path]()
     for preview in (whole.first_preview(), *part("core.bake.previews").previews(whole.plan.problem, run)):
         whole.show(bpy.context, preview)
         pictures.append(render(scene, folder / f"{len(pictures)}.png"))
