@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Bakes: the transport of the chosen meshes, the world's light and the shading, in one go."""
 
+import time
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -28,6 +29,8 @@ from ..prt_addon.session import session
 from ..prt_addon.worker.job import Job, bake_job, running_job
 from .job import JobOperator, redraw_views
 
+_MOMENT = 0.01  # seconds for each turn of writing a preview, between which the window redraws
+
 
 class WholeBakeOperator(JobOperator, BakeProperties, LightProperties):
     """Mixin of operators that bake and write the result."""
@@ -42,7 +45,9 @@ class WholeBakeOperator(JobOperator, BakeProperties, LightProperties):
     _preview: Preview | None = None
     """The latest that the engine has shown, and"""
     _is_shown = False
-    """whether it was written."""
+    """whether all of it was written."""
+    _looked = 0.0
+    """When that was last seen to."""
 
     def _objects(self, context: bpy.types.Context, _settings: BakeSettings) -> list[bpy.types.Object]:
         """What is to be baked; empty if there is nothing to do, which is said then."""
@@ -76,6 +81,7 @@ class WholeBakeOperator(JobOperator, BakeProperties, LightProperties):
         job = bake_job(problem, run, scene.render.threads, engine_patience(context), wants)
         if wants and (first := whole.first_preview()):
             job.show(first)
+        self._looked = time.monotonic()
         return job
 
     def _look(self, context: bpy.types.Context) -> None:
@@ -84,9 +90,16 @@ class WholeBakeOperator(JobOperator, BakeProperties, LightProperties):
         if shown := self._job.take_shown():
             self._preview, self._is_shown = shown, False
         if self._preview and not self._is_shown and self._bake.can_show(context):
-            self._bake.show(context, self._preview)
+            self._show_more(context, self._preview)
+        self._looked = time.monotonic()
+
+    def _show_more(self, context: bpy.types.Context, preview: Preview) -> None:
+        """Write a preview for a moment; for longer where the window itself takes long between two looks, which each delays it."""
+        assert self._job
+        moment = max(_MOMENT, 0.5 * (time.monotonic() - self._looked))
+        if self._bake.show(context, preview, moment):
             self._is_shown = True
-            self._job.shows = f"preview, {self._preview.text}"
+            self._job.shows = f"preview, {preview.text}"
             redraw_views(context)
 
     def _abandon(self) -> None:

@@ -189,7 +189,8 @@ def test_what_takes_no_rays_is_shown_at_once(blender, part, stage, modal):
     plain, _ = furnish(stage)
     desk = modal(LONG)
     desk.event()
-    assert desk.event() == {"RUNNING_MODAL"} and not desk._job.done.rays and part("session").session.before
+    desk._looked = -LONG  # a window so slow that all is written at once
+    assert desk.event() == {"RUNNING_MODAL"} and desk._is_shown and not desk._preview.settings.casts_rays
     kept = part("layers").read(plain.data)
     assert set(glances(blender, part)) == {"stale: it is a preview, without shadows"}
     assert blender.ops.prt.keep_preview() == {"FINISHED"} and desk.until_it_ends() == {"FINISHED"}
@@ -211,6 +212,27 @@ def test_an_earlier_bake_shows_more_than_light_without_shadows(blender, part, st
     assert np.array_equal(part("layers").read(plain.data), layers) and not shown
     desk.until_shown()
     assert shown == [16]
+
+
+def test_a_preview_is_written_a_piece_at_a_time(blender, part, stage, modal):
+    """The window redraws between them; on a slow one a piece is as long as half of what the window takes."""
+    stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
+    objects = [stage.object_of(f"Ball {k}", stage.icosphere(2), stage.diffuse(f"Clay {k}")) for k in range(12)]
+    blender.context.view_layer.update()
+
+    def turns(slowness):
+        desk, baked = modal(LONG), [0]
+        desk.event()
+        while not desk._is_shown:
+            desk._looked -= slowness
+            desk.event()
+            baked.append(sum(part("layers").is_baked(ob.data) for ob in objects))
+        desk.event("ESC", "PRESS")
+        desk.until_it_ends()
+        assert baked == sorted(baked) and baked[-1] == len(objects)
+        return len(baked)
+
+    assert turns(1e4) == 2 < 4 < turns(0.0)
 
 
 def test_a_preview_can_be_kept(blender, part, stage, modal):

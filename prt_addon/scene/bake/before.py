@@ -40,7 +40,6 @@ class Before:
             _Held(ob.session_uid, ob.data.session_uid, layers.Snapshot.of(ob.data), carrier.Snapshot.of(ob))
             for ob in objects
         ]
-        self._relit = {material.session_uid for material in shading.relit_materials(objects)}
         self._newly_relit = set[int]()
         self._fake_users = set[int]()
         self.carriers = carrier.ours()
@@ -54,9 +53,9 @@ class Before:
                 found.use_fake_user = True
                 self._fake_users.add(held.carrier.carrier)
 
-    def note_shading(self, objects: Iterable[bpy.types.Object]) -> None:
-        """Note that materials of these objects were relit."""
-        self._newly_relit |= {material.session_uid for material in shading.relit_materials(objects)} - self._relit
+    def note_relit(self, material: bpy.types.Material) -> None:
+        """Note that a material may have been relit that was not."""
+        self._newly_relit.add(material.session_uid)
 
     def put_back(self) -> list[str]:
         """Bring all that was noted back.
@@ -81,7 +80,9 @@ class Before:
         if self.light:
             self.light.take_back()
         materials = [material for material in bpy.data.materials if material.session_uid in self._newly_relit]
-        shading.restore(materials, [objects[held.uid] for held in self._held if held.uid in objects])
+        shading.restore(
+            filter(shading.is_relit, materials), [objects[held.uid] for held in self._held if held.uid in objects]
+        )
         return lost
 
 

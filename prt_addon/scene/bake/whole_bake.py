@@ -8,7 +8,9 @@ cannot be baked at all is left out and named.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import time
+from collections.abc import Iterator, Sequence
+from math import inf
 
 import bpy
 
@@ -20,8 +22,9 @@ from ...core.notices import Kind, Notice
 from ...core.problem import BakeSettings
 from ...core.transport import raycast
 from ...session import session
-from ..blender.modes import Place, found_again, object_mode
+from ..blender.modes import Place, by_uid, found_again, object_mode
 from ..light import light
+from ..light.lamps import follow_receivers
 from ..mesh import carrier, layers
 from ..mesh.meshes import positions
 from ..shading import shading
@@ -85,6 +88,8 @@ class WholeBake:
         self.settings = settings
         self._with_shading = with_shading
         self._place = Place.of(context)
+        self._shown: Preview | None = None
+        self._pieces: Iterator[None] = iter(())
         context.view_layer.update()  # what reading has left to evaluate is no edit
         session.shapes_changed, self._as_read = False, True
 
@@ -140,31 +145,52 @@ class WholeBake:
             return None
         return open_sky(self.plan.problem)
 
-    def show(self, context: bpy.types.Context, preview: Preview) -> None:
-        """Write a preview until something else is written, or it is taken back (`before.take_back`).
+    def show(self, context: bpy.types.Context, preview: Preview, seconds: float = inf) -> bool:
+        """Write a preview until something else is written, or it is taken back (`before.take_back`); whether all of it is there.
 
         A light is lent to a world that has none.
+
+        Args:
+            context: of the window that is open now.
+            preview: of the plan's problem.
+            seconds: after which no other piece is begun; the next call goes on.
 
         Raises:
             PRTError: if the scene is no longer what was read.
         """
+        until = time.monotonic() + seconds
+        if preview is not self._shown:
+            self._shown, self._pieces = preview, self._pieces_of(context, preview)
         with self._place.again(context):
             self.look()
-            found = self._objects()
-            objects = [ob for ob, _ in found]
-            if session.before is None:
-                session.before = Before(objects)
-                session.before.hold()
-            before = session.before
-            for ob, one in found:
-                _store(ob, one, preview.result, preview.settings, preview.samples)
-            carrier.sweep(but=before.carriers)
-            before.light = before.light or self._lend(context)
-            if self._with_shading:
-                shading.add_shading(objects, anew=False)
-                before.note_shading(objects)
+            is_whole = all(time.monotonic() < until for _ in self._pieces)
             context.view_layer.update()
             session.shapes_changed = False  # all that has changed since the look is ours
+        return is_whole
+
+    def _pieces_of(self, context: bpy.types.Context, preview: Preview) -> Iterator[None]:
+        """Write a preview piece by piece. None uses what an earlier one has found: undo may have replaced that meanwhile."""
+        if session.before is None:
+            session.before = Before([ob for ob, _ in self._objects()])
+            session.before.hold()
+            yield
+        before = session.before
+        for one in self.plan.objects:
+            _store(_found(one), one, preview.result, preview.settings, preview.samples)
+            yield
+        carrier.sweep(but=before.carriers)
+        before.light = before.light or self._lend(context)
+        if self._with_shading:
+            yield from self._shading_pieces(before)
+
+    def _shading_pieces(self, before: Before) -> Iterator[None]:
+        """Relight the materials that are not yet."""
+        for uid, two_sided in shading.to_relight([ob for ob, _ in self._objects()], anew=False):
+            if material := by_uid(bpy.data.materials, uid):
+                shading.relight(material, two_sided)
+                before.note_relit(material)
+            yield
+        follow_receivers()
 
     def _lend(self, context: bpy.types.Context) -> lent_light.LentLight | None:
         world = context.scene.world
@@ -241,7 +267,12 @@ class WholeBake:
         Raises:
             MeshError: if one is no more.
         """
-        return [(found_again(bpy.data.objects, "Object", one.name), one) for one in self.plan.objects]
+        return [(_found(one), one) for one in self.plan.objects]
+
+
+def _found(one: ObjectToBake) -> bpy.types.Object:
+    """Raises MeshError if it is no more."""
+    return found_again(bpy.data.objects, "Object", one.name)
 
 
 def _check_unchanged(ob: bpy.types.Object, one: ObjectToBake) -> None:

@@ -15,6 +15,7 @@ import bpy
 from ...core.errors import MeshError
 from ...core.notices import Kind, Notice
 from ..blender.libraries import check_local, is_local
+from ..blender.modes import by_uid
 from ..blender.nodes import HAD_NO_NODES, feeding_socket, nodes_are_on, turn_nodes
 from ..light.lamps import follow_receivers
 from ..material.colour_nodes import add_part, remove_parts
@@ -87,11 +88,12 @@ def materials_of(objects: Iterable[bpy.types.Object]) -> list[bpy.types.Material
 
 def relit_materials(objects: Iterable[bpy.types.Object]) -> list[bpy.types.Material]:
     """Those of them that this version relights."""
-    return [
-        material
-        for material in materials_of(objects)
-        if is_local(material) and any(our_nodes(material.node_tree)) and not is_relit_by_newer(material)
-    ]
+    return [material for material in materials_of(objects) if is_relit(material)]
+
+
+def is_relit(material: bpy.types.Material) -> bool:
+    """Whether this version relights a material, and may restore it."""
+    return is_local(material) and any(our_nodes(material.node_tree)) and not is_relit_by_newer(material)
 
 
 def check_relit_materials(objects: Iterable[bpy.types.Object]) -> None:
@@ -130,25 +132,39 @@ def add_shading(objects: Iterable[bpy.types.Object], anew: bool = True) -> list[
     Returns:
         A notice on each material that is not relit, or not as it looks.
     """
+    notices = []
+    for uid, two_sided in to_relight(objects, anew):
+        notices += relight(by_uid(bpy.data.materials, uid), two_sided)
+    follow_receivers()
+    return notices
+
+
+def to_relight(objects: Iterable[bpy.types.Object], anew: bool) -> list[tuple[int, bool]]:
+    """The materials that `add_shading` relights, for `relight`, after it has filled empty slots.
+
+    Returns:
+        Their identifiers in this session, each with whether meshes that show it have backs with transport of their own.
+    """
     objects = list(objects)
     for ob in objects:
         if is_local(ob.data) and is_local(ob):
             _fill_empty_slots(ob)
-    notices = []
     two_sided = _two_sided()
-    left = [] if anew else relit_materials(objects)
-    for material in materials_of(objects):
-        if material in left:
-            continue
-        if not is_local(material):
-            notices.append(Notice(_FOREIGN, material.name))
-        elif is_relit_by_newer(material):
-            notices.append(Notice(_NEWER, material.name))
-        else:
-            remove_from_material(material)
-            notices += _add_to_material(material, material in two_sided)
-    follow_receivers()
-    return notices
+    return [
+        (material.session_uid, material in two_sided)
+        for material in materials_of(objects)
+        if anew or not is_relit(material)
+    ]
+
+
+def relight(material: bpy.types.Material, two_sided: bool) -> list[Notice]:
+    """Relight a material in EEVEE, again if it is; returns a notice if it is not, or not as it looks."""
+    if not is_local(material):
+        return [Notice(_FOREIGN, material.name)]
+    if is_relit_by_newer(material):
+        return [Notice(_NEWER, material.name)]
+    remove_from_material(material)
+    return _add_to_material(material, two_sided)
 
 
 def _two_sided() -> set[bpy.types.Material]:
