@@ -31,6 +31,7 @@ class LightSettings:
     lamps: str = "NONE"
 
 
+_UNIFORM_HEIGHT = 32  # texels of a sky that looks the same in all directions
 MOST_LAMPS = {"NONE": 0, "ONE": 1, "AUTO": 4, "FOUR": 4, "EIGHT": 8}
 
 
@@ -146,8 +147,8 @@ def _picture(sky: Sky) -> SkyTexels | None:
 
 
 def _rendered(sky: Sky) -> SkyTexels:
-    """What Blender makes of a sky's nodes, each texel the mean over it."""
-    return SkyTexels.of(panorama(sky))
+    """What Blender makes of a sky's nodes, each texel the mean over it: few of them where all look the same."""
+    return SkyTexels.of(panorama(sky, _UNIFORM_HEIGHT) if sky.is_uniform else panorama(sky))
 
 
 def _left_out(texels: SkyTexels) -> str:
