@@ -156,7 +156,7 @@ def clamps(scene: bpy.types.Scene, work: Path) -> Image.Image:
     texture = next(node for node in scene.world.node_tree.nodes if node.bl_idname == "ShaderNodeTexEnvironment")
     texture.image = orange_lamp()
     kept = relit(scene, work, "NONE")
-    [group] = [tree for tree in bpy.data.node_groups if tree.name.startswith("PRT Relight")]
+    group = bpy.data.node_groups["PRT Relight: Without Negatives"]
     [clamp] = [node for node in group.nodes if getattr(node, "operation", "") == "MAXIMUM" and node.type == "VECT_MATH"]
     greyed = clamp.inputs[0].links[0].from_socket
     group.links.new(greyed.node.inputs[2].links[0].from_socket, clamp.inputs[0])
