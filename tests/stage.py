@@ -47,6 +47,14 @@ def grid(segments=10, size=1.0):
     return from_bmesh("Grid", lambda bm: bmesh.ops.create_grid(bm, x_segments=segments, y_segments=segments, size=size))
 
 
+def crease(mesh):
+    """Bend a sheet along its middle, and shade it flat: its transport is on corners."""
+    for vertex in mesh.vertices:
+        vertex.co.z = 0.3 * abs(vertex.co.x)
+    mesh.polygons.foreach_set("use_smooth", [False] * len(mesh.polygons))
+    mesh.update()
+
+
 def cube(size=2.0):
     import bmesh
 

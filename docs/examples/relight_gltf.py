@@ -38,6 +38,7 @@ class BakedMesh:
 
     positions: (N, 3) in Blender's axes, world space.
     transport: (N, 9, 3) in the axes whose columns are `axes`.
+    backs: the same of the backs of its faces; None where these show what the fronts show.
     axes: (3, 3) the scene's (unit matrix), or the object's own.
     base_color: (3,) linear.
     triangles: (T, 3).
@@ -45,6 +46,7 @@ class BakedMesh:
 
     positions: np.ndarray
     transport: np.ndarray
+    backs: np.ndarray | None
     axes: np.ndarray
     base_color: np.ndarray
     triangles: np.ndarray
@@ -57,11 +59,12 @@ def without_negatives(shading):
     return np.maximum(shading + share * (mean - shading), 0.0)
 
 
-def relight(mesh: BakedMesh, light: dict) -> np.ndarray:
-    """(N, 3) what the vertices show, linear RGB; the light as `read_light` has it."""
+def relight(mesh: BakedMesh, light: dict, of_backs: bool = False) -> np.ndarray:
+    """(N, 3) what the vertices show, linear RGB, of their fronts or of their backs; the light as `read_light` has it."""
     turn = np.array(light["turn"]).T  # its columns are written
     turned = turned_light(np.array(light["light"]), turn @ mesh.axes)
-    shading = np.einsum("nic,ic->nc", mesh.transport, turned)
+    transport = mesh.backs if of_backs and mesh.backs is not None else mesh.transport
+    shading = np.einsum("nic,ic->nc", transport, turned)
     return mesh.base_color * light["strength"] * without_negatives(shading)
 
 
@@ -112,7 +115,7 @@ def read_baked(path: Path) -> list[BakedMesh]:
 
 def _baked(document: dict, buffers: list[bytes], primitive: dict, matrix: np.ndarray) -> BakedMesh:
     attributes = primitive["attributes"]
-    layers = _layers(document, buffers, primitive)
+    layers = _layers(document, buffers, primitive, [f"_PRT_{i}" for i in range(9)], "scales")
     local = _accessor(document, buffers, attributes["POSITION"])
     positions = (local @ matrix[:3, :3].T + matrix[:3, 3]) @ TO_GLTF
     axes = np.eye(3)
@@ -123,13 +126,26 @@ def _baked(document: dict, buffers: list[bytes], primitive: dict, matrix: np.nda
     triangles = np.arange(len(positions))
     if "indices" in primitive:
         triangles = _accessor(document, buffers, primitive["indices"])[:, 0].astype(np.int64)
-    return BakedMesh(positions, transport, axes, _base_color(document, primitive), triangles.reshape(-1, 3))
+    backs = _backs(document, buffers, primitive)
+    return BakedMesh(positions, transport, backs, axes, _base_color(document, primitive), triangles.reshape(-1, 3))
 
 
-def _layers(document: dict, buffers: list[bytes], primitive: dict) -> list[np.ndarray]:
-    """Nine times (N, 4). Where they are stored in 16 bits, extras of the primitive hold scales: of a layer's colour, and of its alpha."""
-    found = [_accessor(document, buffers, primitive["attributes"][f"_PRT_{i}"]) for i in range(9)]
-    scales = primitive.get("extras", {}).get("prt_relight", {}).get("scales", [(1.0, 1.0)] * 9)
+def _backs(document: dict, buffers: list[bytes], primitive: dict) -> np.ndarray | None:
+    """(N, 9, 3): nine numbers in three layers, in the one colour that their alphas hold two channels of."""
+    names = [f"_PRT_B{k}" for k in range(3)]
+    if any(name not in primitive["attributes"] for name in names):
+        return None
+    layers = np.stack(_layers(document, buffers, primitive, names, "backs"), axis=1)
+    numbers = layers[:, :, :3].reshape(-1, 9)
+    numbers[:, 0] += 1.0  # the mark of meshes that have backs
+    red, green = layers[:, 1, 3], layers[:, 2, 3]
+    return numbers[:, :, None] * np.stack([red, green, 3.0 - red - green], axis=1)[:, None]
+
+
+def _layers(document: dict, buffers: list[bytes], primitive: dict, names: list[str], key: str) -> list[np.ndarray]:
+    """Each layer (N, 4). In 16 bits, the primitive's extras hold scales by a key: of a layer's colour, and of its alpha."""
+    found = [_accessor(document, buffers, primitive["attributes"][name]) for name in names]
+    scales = primitive.get("extras", {}).get("prt_relight", {}).get(key, [(1.0, 1.0)] * len(names))
     return [layer * (colour, colour, colour, alpha) for layer, (colour, alpha) in zip(found, scales, strict=True)]
 
 

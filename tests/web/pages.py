@@ -31,6 +31,17 @@ class ReadPage:
         view = self.document["bufferViews"][index]
         return self._binary[view["byteOffset"] : view["byteOffset"] + view["byteLength"]]
 
+    def backs(self, primitive):
+        """(N, 9, 4) transport of backs and its direct part, as it was packed; None if there is none."""
+        packed = primitive["extras"]["prt_relight"]
+        if "backs" not in packed:
+            return None
+        numbers = self._rows(packed["backs"]["view"], primitive, 12 if packed["direct"] else 11)
+        red, green = numbers[:, 9] / 255, numbers[:, 10] / 255
+        share = numbers[:, 11] / 255 if packed["direct"] else np.zeros(len(numbers))
+        factors = np.stack([red, green, 3.0 - red - green, share], axis=1)
+        return packed["backs"]["scale"] * numbers[:, :9, None] * factors[:, None]
+
     def transport(self, primitive):
         """(N, 9, 3) as it was packed: number after number, from vertex to vertex."""
         parts = self.parts(primitive)
@@ -39,12 +50,16 @@ class ReadPage:
     def parts(self, primitive):
         """(N, 9, 3) transport, or, where the direct part is told apart, (N, 9, 4) bounces and that."""
         packed = primitive["extras"]["prt_relight"]
-        vertices = self.document["accessors"][primitive["attributes"]["POSITION"]]["count"]
         channels = 4 if packed["direct"] else 3
-        planes = np.frombuffer(self.view(packed["view"]), dtype=np.uint8).reshape(2, 9 * channels, vertices).astype(int)
-        codes = planes[0] + 256 * planes[1]
-        steps = np.where(codes % 2, -(codes + 1) // 2, codes // 2)
-        numbers = np.cumsum(steps, axis=1).T.reshape(vertices, 9, channels)
+        rows = self._rows(packed["view"], primitive, 9 * channels)
+        numbers = rows.reshape(len(rows), 9, channels)
         for channel, tint in zip((0, 2), packed["tints"], strict=True):
             numbers[:, :, channel] += (numbers[:, :, 1] * tint + 128) // 256
         return numbers * packed["scale"]
+
+    def _rows(self, view, primitive, columns):
+        """(N, columns) whole numbers, which are packed as differences from vertex to vertex."""
+        vertices = self.document["accessors"][primitive["attributes"]["POSITION"]]["count"]
+        planes = np.frombuffer(self.view(view), dtype=np.uint8).reshape(2, columns, vertices).astype(int)
+        codes = planes[0] + 256 * planes[1]
+        return np.cumsum(np.where(codes % 2, -(codes + 1) // 2, codes // 2), axis=1).T

@@ -9,9 +9,11 @@ import subprocess
 import numpy as np
 import pytest
 
+from prt_addon.core.layout import BACKS
 from prt_addon.core.sky.projection import project_equirect
 from tests.core.references import axis_angle
 from tests.web.node import WEB, npm
+from tests.web.test_backs import furnish
 from tests.web.views import HEIGHT, WIDTH, eevee, relative_rms
 
 pytestmark = pytest.mark.once
@@ -97,6 +99,30 @@ def test_sixteen_bits_and_z_up_show_the_same(blender, scene, scene_of_all, examp
     seen = first[..., 3] > 0.999
     assert seen.mean() > 0.3 and 0.0 < relative_rms(short[seen], first[seen]) < 2e-4
     assert relative_rms(z_up[seen], first[seen]) < 0.01  # edges fall on other pixels
+
+
+@pytest.mark.parametrize("precision", ["FLOAT", "SHORT"])
+def test_backs_are_eevees(blender, scene, stage, example, browser, tmp_path, precision):
+    """Of leaves that are seen from behind, one of them in its own axes; with the light of their fronts they are not."""
+    _, mapping = stage.environment(stage.picture("Six", stage.six_coloured_sky(64)), strength=0.5)
+    mapping.inputs["Rotation"].default_value = (0.2, -0.1, -2.0)
+    furnish(blender, stage)
+    blender.ops.prt.bake(mode="INTERREFLECTED", samples=64, lamps="NONE")
+    scene.prt.gltf.precision = precision
+    wanted, frames = eevee(stage, scene, tmp_path / "eevee.exr"), []
+    for sides in ("both", "fronts"):
+        glb = tmp_path / f"{sides}.glb"
+        blender.ops.export_scene.gltf(filepath=str(glb), export_cameras=True)
+        page = page_of(example, glb, tmp_path / f"{sides}.html")
+        frames += browser.open(page, [f"prt.radiance({WIDTH}, {HEIGHT})"], WIDTH, HEIGHT)
+        for mesh in (ob.data for ob in scene.objects if ob.type == "MESH"):
+            for name in (name for name in BACKS if name in mesh.attributes):
+                mesh.attributes.remove(mesh.attributes[name])
+    both, fronts = (pixels.reshape(HEIGHT, WIDTH, 4) for pixels in frames)
+    seen = (wanted[..., 3] > 0.999) & (both[..., 3] > 0.999)
+    errors = [relative_rms(each[seen], wanted[seen]) for each in (both, fronts)]
+    print("{:.2%}, with fronts {:.2%}".format(*errors))
+    assert seen.mean() > 0.3 and errors[0] < 0.03 and errors[1] > 0.2
 
 
 SIX_COLOURED = """(() => {

@@ -21,11 +21,12 @@ def complaints(path):
 
 @pytest.fixture
 def varied(blender, scene, stage):
-    """Transport on points, on corners in own axes, on a carrier, on linked duplicates, and an instance of a collection."""
+    """Transport on points, on corners in own axes, on a carrier, on linked duplicates, and an instance of a collection; of backs, too."""
     stage.environment(stage.picture("Six", stage.six_coloured_sky(64)), strength=0.2)
     stage.object_of("Points", stage.icosphere(2), None, (0, 0, 1))
     own = stage.object_of("Own axes", stage.cube(), None, (3, 0, 0))
     own.prt.space, own.rotation_euler = "OBJECT", (0.5, 0.2, -1.0)
+    stage.object_of("Sheet", stage.grid(3), None, (6, 0, 0))
     carried = stage.object_of("Carried", stage.cube(), None, (-3, 0, 0))
     carried.modifiers.new("Finer", "SUBSURF").render_levels = 1
     first = stage.object_of("First", stage.cube(), None, (0, 4, 0))
@@ -51,7 +52,7 @@ def test_nothing_to_complain_about(blender, scene, varied, tmp_path, form, appli
     path = tmp_path / ("scene.glb" if form == "GLB" else "scene.gltf")
     scene.prt.gltf.light, scene.prt.gltf.precision = light, precision
     assert blender.ops.export_scene.gltf(filepath=str(path), export_format=form, export_apply=applied) == {"FINISHED"}
-    assert b'"_PRT_8"' in path.read_bytes() and complaints(path) == []
+    assert b'"_PRT_8"' in path.read_bytes() and b'"_PRT_B2"' in path.read_bytes() and complaints(path) == []
 
 
 def test_a_broken_file_is_complained_about(tmp_path):

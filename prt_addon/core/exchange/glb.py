@@ -78,6 +78,7 @@ class Glb:
             (one, "bufferView") for one in (*document["accessors"], *document.get("images", ())) if "bufferView" in one
         ]
         packed = [one["extras"]["prt_relight"] for one in primitives if "prt_relight" in one.get("extras", {})]
+        packed += [one["backs"] for one in packed if isinstance(one.get("backs"), dict)]
         holders += [(one, "view") for one in packed if "view" in one]
         kept = sorted({holder[key] for holder, key in holders})
         document["bufferViews"] = [document["bufferViews"][old] for old in kept]

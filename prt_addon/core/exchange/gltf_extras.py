@@ -10,7 +10,7 @@ import numpy as np
 
 from ..arrays import Float64
 from ..errors import PRTError, VersionError
-from ..layout import LAYERS
+from ..layout import BACKS, LAYERS
 from ..sky.lamps import Lamp, Lamps
 from ..sphere import sh
 
@@ -18,7 +18,10 @@ EXTRAS = "prt_relight"
 """Key in the extras of a scene, and of a primitive whose layers are rounded."""
 
 VERSION = 2
-"""Of the schema: the first knew neither scales nor suns."""
+"""Of the schema: the first knew neither scales nor suns. Backs came without a new one: who does not know them shows fronts."""
+
+SCALES = {"scales": LAYERS, "backs": BACKS}
+"""Keys in the extras of a primitive whose layers are rounded, and the layers whose scales they hold: each set is there or not."""
 
 Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 """Blender's X, Y and Z, a row each, in glTF's axes, which are Y up."""
@@ -61,6 +64,7 @@ def to_extras(layout: int, axes: Float64, light: SceneLight | None) -> dict[str,
         "basis": _BASIS,
         "axes": axes.tolist(),
         "attributes": list(LAYERS),
+        "backs": list(BACKS),
     }
     if light:
         found["light"] = light.light.tolist()

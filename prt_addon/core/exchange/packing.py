@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..layout import LAYERS, OWN_AXES_BELOW
+from ..layout import BACKS, BAKED_BELOW, LAYERS, MARK, OWN_AXES_BELOW
 from .glb import Glb
 
 STEPS = 255
@@ -16,7 +16,14 @@ STEPS = 255
 
 EXTRAS = "prt_relight"
 """Key in the extras of a primitive: `view`, where its packed transport lies; `scale`, by which numbers are multiplied; `tints`, how red
-and blue are foretold; `space`, whose axes they are in; `direct`, whether the direct part is told apart, as of what is glossy or lit by suns."""
+and blue are foretold; `space`, whose axes they are in; `direct`, whether the direct part is told apart, as of what is glossy or lit by suns;
+`backs`, a `view` and a `scale` again, of meshes whose backs have transport and may be seen."""
+
+SHARES = 255
+"""What stands for 1 in the colours and direct shares of backs."""
+
+_MOST_SHARE = 3.0
+"""Of a colour whose mean is 1; what is beyond it, or below 0, is noise where hardly any light arrives."""
 
 _ONE = 256
 """What stands for 1 in tints."""
@@ -44,10 +51,11 @@ def pack_transport(glb: Glb, suns: bool) -> int:
 
 
 def _pack(glb: Glb, primitive: dict[str, Any], suns: bool) -> int:
-    layers = np.stack([glb.values(primitive["attributes"].pop(name)) for name in LAYERS], axis=1).astype(np.float64)
+    layers = _taken(glb, primitive, LAYERS)
+    backs = _taken(glb, primitive, BACKS) if BACKS[0] in primitive["attributes"] else None
     own_axes = bool(layers[0, 0, 3] < OWN_AXES_BELOW)
-    materials = glb.document.get("materials", ())
-    direct = suns or ("material" in primitive and is_glossy(materials[primitive["material"]]))
+    material = glb.document["materials"][primitive["material"]] if "material" in primitive else None
+    direct = suns or (material is not None and is_glossy(material))
     layers[:, 0, 3] += 2.0 if own_axes else 1.0  # its marks
     numbers, scale = rounded(told_apart(layers) if direct else layers[..., :3])
     tints = tints_of(numbers)
@@ -58,7 +66,16 @@ def _pack(glb: Glb, primitive: dict[str, Any], suns: bool) -> int:
         "space": "OBJECT" if own_axes else "SCENE",
         "direct": direct,
     }
+    backs_may_be_seen = material is None or material.get("doubleSided", False)
+    if backs is not None and backs_may_be_seen and (backs[:, 0, 0] < BAKED_BELOW).all():
+        numbers, scale = backs_rounded(backs, direct)
+        primitive["extras"][EXTRAS]["backs"] = {"view": glb.add_view(in_planes(numbers)), "scale": scale}
     return len(layers)
+
+
+def _taken(glb: Glb, primitive: dict[str, Any], names: tuple[str, ...]) -> npt.NDArray[np.float64]:
+    """(N, layers, 4) the floats of some layers, which the primitive has no more."""
+    return np.stack([glb.values(primitive["attributes"].pop(name)) for name in names], axis=1).astype(np.float64)
 
 
 def is_glossy(material: dict[str, Any]) -> bool:
@@ -83,7 +100,7 @@ def told_apart(layers: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
 
 
 def rounded(parts: npt.NDArray[np.float64]) -> tuple[npt.NDArray[np.int32], float]:
-    """Transport, or its parts, (N, 9, channels) as whole numbers up to `STEPS`, and their scale.
+    """Transport, or its parts, (N, 9, channels) or (N, 9), as whole numbers up to `STEPS`, and their scale.
 
     One for all layers, as what lights is as strong in the one as in the other where it is sharp: layers that hold little take few bits.
     """
@@ -105,15 +122,32 @@ def tints_of(numbers: npt.NDArray[np.int32]) -> list[int]:
 
 
 def to_bytes(numbers: npt.NDArray[np.int32], tints: list[int]) -> bytes:
-    """Whole numbers (N, 9, channels), three of them a colour, as bytes, the low ones of all numbers and then the high ones.
-
-    Red and blue are kept as what they differ by from what green foretells, each number as what it differs by from that of the vertex
-    before, the sign in the lowest bit: neighbours are alike, so that most bytes are small and most high ones 0.
-    """
+    """Whole numbers (N, 9, channels), three of them a colour, as bytes: red and blue as what they differ by from what green foretells."""
     coded = numbers.copy()
     for channel, tint in zip((0, 2), tints, strict=True):
         coded[:, :, channel] -= foretold(numbers[:, :, 1], tint)
-    steps = np.diff(coded.reshape(len(numbers), -1), axis=0, prepend=0).T
+    return in_planes(coded.reshape(len(numbers), -1))
+
+
+def backs_rounded(layers: npt.NDArray[np.float64], direct: bool) -> tuple[npt.NDArray[np.int32], float]:
+    """The layers of backs (N, 3, 4) as whole numbers (N, 11), or (N, 12) with the direct share: nine of transport, which times the
+    scale that is returned, too, are B_i; then red and green of its colour, and the share, as so many of `SHARES`.
+    """
+    transport = layers[:, :, :3].reshape(len(layers), len(LAYERS)).copy()
+    transport[:, 0] += MARK["SCENE"]
+    numbers, scale = rounded(transport)
+    shares = layers[:, [1, 2, 0] if direct else [1, 2], 3]
+    whole = np.rint(np.clip(shares, 0.0, _MOST_SHARE) * SHARES).astype(np.int32)
+    return np.concatenate([numbers, whole], axis=1), scale
+
+
+def in_planes(numbers: npt.NDArray[np.int32]) -> bytes:
+    """Whole numbers (N, columns) as bytes, the low ones of all numbers and then the high ones, column after column.
+
+    Each is kept as what it differs by from that of the vertex before, the sign in the lowest bit: neighbours are alike, so that most
+    bytes are small and most high ones 0.
+    """
+    steps = np.diff(numbers, axis=0, prepend=0).T
     signless = ((steps << 1) ^ (steps >> 31)).astype(np.uint16)
     return (signless & 255).astype(np.uint8).tobytes() + (signless >> 8).astype(np.uint8).tobytes()
 

@@ -19,10 +19,10 @@ def rounded(layers: npt.NDArray[np.floating[Any]]) -> tuple[npt.NDArray[np.int16
     a colour of 0.28 would lose three bits.
 
     Args:
-        layers: (N, 9, 4).
+        layers: (N, K, 4) the layers of fronts or of backs.
 
     Returns:
-        (N, 9, 4), and (9, 2) scales: the largest magnitudes, 1 where all is 0.
+        (N, K, 4), and (K, 2) scales: the largest magnitudes, 1 where all is 0.
     """
     parts = layers[..., :3], layers[..., 3:]
     scales = np.stack([np.abs(part).max(axis=(0, 2), initial=0.0) for part in parts], axis=-1).astype(np.float64)
@@ -31,10 +31,10 @@ def rounded(layers: npt.NDArray[np.floating[Any]]) -> tuple[npt.NDArray[np.int16
 
 
 def restored(normalized: npt.NDArray[np.floating[Any]], scales: npt.NDArray[np.float64]) -> npt.NDArray[np.float32]:
-    """The layers (N, 9, 4) of normalised numbers, -1 to 1, and of their scales (9, 2)."""
+    """The layers (N, K, 4) of normalised numbers, -1 to 1, and of their scales (K, 2)."""
     return (normalized * _per_float(scales)).astype(np.float32)
 
 
 def _per_float(scales: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """(9, 4) the scale of each float of a layer."""
+    """(K, 4) the scale of each float of a layer."""
     return scales[:, [0, 0, 0, 1]]

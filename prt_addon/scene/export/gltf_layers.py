@@ -12,10 +12,10 @@ import numpy.typing as npt
 
 from ...core.errors import PRTError
 from ...core.exchange import shorts
-from ...core.exchange.gltf_extras import EXTRAS
-from ...core.layout import BAKED_BELOW, LAYERS, OWN_AXES_BELOW
+from ...core.exchange.gltf_extras import EXTRAS, SCALES
+from ...core.layout import BACKS, BAKED_BELOW, LAYERS, OWN_AXES_BELOW
 from ...core.problem import BakeSettings
-from ..mesh.layers import is_baked
+from ..mesh.layers import has_backs, is_baked
 from ..mesh.meshes import layer_array
 from ..mesh.record import write_record
 
@@ -31,24 +31,26 @@ def widen(gltf: Any) -> None:
     for mesh in gltf.data.meshes or ():
         for primitive in mesh.primitives:
             extras = primitive.extras if isinstance(primitive.extras, dict) else {}
-            if EXTRAS in extras and all(name in primitive.attributes for name in LAYERS):
-                _widen(gltf, primitive, _scales(extras[EXTRAS], mesh.name))
+            for key, names in SCALES.items() if EXTRAS in extras else ():
+                if all(name in primitive.attributes for name in names):
+                    _widen(gltf, primitive, names, _scales(extras[EXTRAS], key, mesh.name))
 
 
-def _widen(gltf: Any, primitive: Any, scales: npt.NDArray[np.float64]) -> None:
-    layers = np.stack([_decoded(gltf, primitive.attributes[name]) for name in LAYERS], axis=1)
+def _widen(gltf: Any, primitive: Any, names: tuple[str, ...], scales: npt.NDArray[np.float64]) -> None:
+    layers = np.stack([_decoded(gltf, primitive.attributes[name]) for name in names], axis=1)
     floats = shorts.restored(layers, scales)
-    for i, name in enumerate(LAYERS):
+    for i, name in enumerate(names):
         primitive.attributes[name] = _added(gltf, primitive.attributes[name], floats[:, i])
 
 
-def _scales(extras: Any, mesh: str | None) -> npt.NDArray[np.float64]:
+def _scales(extras: Any, key: str, mesh: str | None) -> npt.NDArray[np.float64]:
+    count = len(SCALES[key])
     try:
-        found = np.array(extras["scales"], dtype=np.float64)
+        found = np.array(extras[key], dtype=np.float64)
     except (KeyError, TypeError, ValueError):
         found = np.zeros(0)
-    if found.shape != (len(LAYERS), 2) or not np.isfinite(found).all():
-        raise PRTError(f"the scales of mesh '{mesh}' are missing, or not {len(LAYERS)} pairs of numbers")
+    if found.shape != (count, 2) or not np.isfinite(found).all():
+        raise PRTError(f"the '{key}' of mesh '{mesh}' are missing, or not {count} pairs of numbers")
     return found
 
 
@@ -76,15 +78,17 @@ def _added(gltf: Any, like: int, values: npt.NDArray[np.float32]) -> int:
 
 def take_over(mesh: bpy.types.Mesh) -> bool:
     """Make a mesh that was imported a baked one, if it has layers; True then. What its bake depended on is unknown."""
-    if not is_baked(mesh) or any(mesh.attributes[name].data_type != "FLOAT_COLOR" for name in LAYERS):
+    if not is_baked(mesh) or not _are_floats(mesh, LAYERS):
         return False
     marks = layer_array(mesh, LAYERS[0], "color", 4)[:, 3]
     if not (marks < BAKED_BELOW).any():
         return False
+    if not has_backs(mesh) or not _are_floats(mesh, BACKS):
+        _remove(mesh, BACKS)
     colours = mesh.color_attributes
-    if colours.active_color_name in LAYERS:
+    if colours.active_color_name in LAYERS + BACKS:
         colours.active_color_name = ""
-    if colours.default_color_name in LAYERS:
+    if colours.default_color_name in LAYERS + BACKS:
         colours.default_color_name = ""
     space = "OBJECT" if marks.min() < OWN_AXES_BELOW else "SCENE"
     elements = (len(mesh.vertices), len(mesh.loops))
@@ -92,3 +96,14 @@ def take_over(mesh: bpy.types.Mesh) -> bool:
         mesh, mesh.attributes[LAYERS[0]].domain, BakeSettings(mode="SHADOWED", samples=0), space, None, elements
     )
     return True
+
+
+def _are_floats(mesh: bpy.types.Mesh, names: tuple[str, ...]) -> bool:
+    return all(mesh.attributes[name].data_type == "FLOAT_COLOR" for name in names)
+
+
+def _remove(mesh: bpy.types.Mesh, names: tuple[str, ...]) -> None:
+    """Remove what of some layers is there: a part of them would be taken for something else."""
+    for name in names:
+        if name in mesh.attributes:
+            mesh.attributes.remove(mesh.attributes[name])

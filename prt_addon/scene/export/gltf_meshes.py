@@ -14,8 +14,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ...core.exchange import shorts
-from ...core.exchange.gltf_extras import EXTRAS
-from ...core.layout import BACKS, LAYERS, OWN_AXES_BELOW
+from ...core.exchange.gltf_extras import EXTRAS, SCALES
+from ...core.layout import BACKS, LAYERS, OWN_AXES_BELOW, unpacked_backs
 from ...core.shown import shown
 
 _SHORT, _FLOAT = 5122, 5126
@@ -40,14 +40,11 @@ def in_own_axes(mesh: Any) -> bool:
 
 
 def drop_colours(attributes: dict[str, Any], has_others: bool) -> None:
-    """Remove vertex colours that hold our layers, and number the others anew; all of them if there are no others. The layers of
-    backs go, too: no viewer of ours shows them.
+    """Remove vertex colours that hold our layers, and number the others anew; all of them if there are no others.
 
     They are known by what they hold: the exporter names no sources.
     """
     layers = [_values(attributes[name]) for name in LAYERS + BACKS if name in attributes]
-    for name in BACKS:
-        attributes.pop(name, None)
     colours = sorted((name for name in attributes if name.startswith("COLOR_")), key=lambda name: int(name[6:]))
     kept = []
     for name in colours:
@@ -100,26 +97,31 @@ class Writer:
         return self._based[id(mesh)][1]
 
     def _change_layers(self, primitive: Any) -> None:
-        accessors = [primitive.attributes.pop(name) for name in LAYERS]
-        if self.transport and self.rounds:
-            accessors = self._rounded(primitive, accessors)
-        if self.transport:
-            primitive.attributes.update(zip(LAYERS, accessors, strict=True))
+        """Leave of each set of layers, fronts and backs, what is wanted."""
+        for key, names in SCALES.items():
+            accessors = [primitive.attributes.pop(name) for name in names if name in primitive.attributes]
+            if not self.transport or len(accessors) < len(names):
+                continue
+            if self.rounds:
+                accessors = self._rounded(primitive, key, accessors)
+            primitive.attributes.update(zip(names, accessors, strict=True))
 
-    def _rounded(self, primitive: Any, accessors: list[Any]) -> list[Any]:
+    def _rounded(self, primitive: Any, key: str, accessors: list[Any]) -> list[Any]:
         layers = np.stack([_values(accessor) for accessor in accessors], axis=1)
         numbers, scales = shorts.rounded(layers)
-        lost = shorts.restored(numbers / shorts.MOST, scales)[..., :3] - layers[..., :3]
-        self.error += float((lost**2).sum())
-        self.whole += float((layers[..., :3] ** 2).sum())
-        primitive.extras = {**(primitive.extras or {}), EXTRAS: {"scales": scales.tolist()}}
+        wanted = _transport_of(layers.astype(np.float32))
+        lost = _transport_of(shorts.restored(numbers / shorts.MOST, scales)) - wanted
+        self.error += float((lost**2).sum(dtype=np.float64))
+        self.whole += float((wanted**2).sum(dtype=np.float64))
+        extras = primitive.extras or {}
+        primitive.extras = {**extras, EXTRAS: {**extras.get(EXTRAS, {}), key: scales.tolist()}}
         found = [_holding(accessor, numbers[:, i]) for i, accessor in enumerate(accessors)]
         for accessor in found:
             accessor.component_type, accessor.normalized = type(accessor.component_type)(_SHORT), True
         return found
 
     def _with_light(self, mesh: Any, light: npt.NDArray[np.float64]) -> Any:
-        """The mesh with what a white surface shows as `COLOR_0`, in 0 to 1 as glTF demands of it; other colours follow."""
+        """The mesh with what a white surface shows of its front as `COLOR_0`, in 0 to 1 as glTF demands of it; other colours follow."""
         lighted, bright, vertices = _copied(self._base(mesh)), 0, 0
         for gathered, primitive in zip(mesh.primitives, lighted.primitives, strict=True):
             if LAYERS[0] not in gathered.attributes:
@@ -131,6 +133,11 @@ class Writer:
         if bright:
             self.cut_off[mesh.name] = max(self.cut_off.get(mesh.name, 0.0), bright / vertices)
         return lighted
+
+
+def _transport_of(layers: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+    """(N, 9, 3) T of the layers of fronts (N, 9, 4), or of those of backs (N, 3, 4)."""
+    return layers[..., :3] if layers.shape[1] == len(LAYERS) else unpacked_backs(layers)
 
 
 def _put_first(attributes: dict[str, Any], like: Any, colours: npt.NDArray[np.float64]) -> None:

@@ -75,3 +75,18 @@ def test_neighbours_that_are_alike_take_little_room():
     along = np.linspace(0.0, 3.0, 5000)
     transport = np.sin(along[:, None] * (1 + np.arange(9)))[:, :, None] * np.ones(3) * 0.3
     assert len(gzip.compress(packed_whole(transport))) < 8 * len(along)
+
+
+def test_backs_come_within_half_a_step():
+    """Nine numbers, then red and green of their colour, and the direct share if that is wanted; noise beyond what colours are is cut off."""
+    generator = np.random.default_rng(5)
+    layers = generator.normal(size=(40, 3, 4)) * 0.2
+    layers[:, :, 3] = generator.uniform(0.0, 1.5, size=(40, 3))
+    layers[:, 0, 0] -= 1.0
+    layers[7, 0, 3], layers[8, 1, 3] = -5.0, 9.0
+    numbers, scale = packing.backs_rounded(layers, direct=True)
+    transport = layers[:, :, :3].reshape(40, 9) + np.eye(9)[0]
+    assert np.abs(numbers[:, :9] * scale - transport).max() <= np.abs(transport).max() / packing.STEPS / 2 + 1e-12
+    shares = np.clip(layers[:, [1, 2, 0], 3], 0.0, 3.0)
+    assert np.abs(numbers[:, 9:] / packing.SHARES - shares).max() <= 0.5 / packing.SHARES + 1e-12
+    np.testing.assert_array_equal(packing.backs_rounded(layers, direct=False)[0], numbers[:, :11])

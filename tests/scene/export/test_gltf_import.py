@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from prt_addon.core.exchange.glb import Glb
+from prt_addon.core.layout import BACKS
 from tests.web.views import relative_rms
 
 
@@ -74,11 +75,63 @@ def test_the_same_picture(blender, part, scene, stage, fill, imported, tmp_path,
     assert relative_rms(stage.render(tmp_path / "turned.exr")[seen], wanted[seen]) > 0.05
 
 
+def from_below(scene):
+    scene.camera.location, scene.camera.rotation_euler = (0.0, 0.0, -10.0), (np.pi, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("precision", ["FLOAT", "SHORT"])
+def test_backs_show_the_same(blender, part, scene, stage, imported, tmp_path, precision):
+    """Seen from below within a hundredth: sheets on points, on corners, in their own axes and behind a modifier, beside a closed box.
+    The light of their fronts would be far off."""
+    stage.environment(stage.picture("Six", stage.six_coloured_sky(64)), strength=0.7)
+    places = ((-0.6, -0.6, 0.0), (0.6, -0.6, 0.0), (-0.6, 0.6, 0.0), (0.6, 0.6, 0.0))
+    _, corners, own, carried = (
+        stage.object_of(f"Sheet {k}", stage.grid(12, 0.5), matte(blender, f"Leaf {k}", (0.8, 0.6, 0.4)), place)
+        for k, place in enumerate(places)
+    )
+    stage.crease(corners.data)
+    own.prt.space, own.rotation_euler = "OBJECT", (0.4, 0.3, 0.8)
+    modifier = carried.modifiers.new("Finer", "SUBSURF")
+    modifier.levels = modifier.render_levels = 1
+    stage.object_of("Box", stage.cube(0.3), matte(blender, "Other", (0.3, 0.6, 0.5)), (0.0, 0.0, -0.8))
+    blender.ops.prt.bake(mode="INTERREFLECTED", samples=32, lamps="NONE")
+    assert part("layers").domain_of(corners.data) == "CORNER"
+    stage.top_camera(scale=2.6)
+    from_below(scene)
+    wanted = stage.render(tmp_path / "wanted.exr")
+    scene.prt.gltf.precision = precision
+    glb = tmp_path / "scene.glb"
+    blender.ops.export_scene.gltf(filepath=str(glb), export_apply=True)
+    from_below(imported(glb))
+    meshes = {ob.name: ob.data for ob in blender.data.objects if ob.type == "MESH"}
+    assert [name for name, mesh in meshes.items() if not part("layers").has_backs(mesh)] == ["Box"]
+    shown = stage.render(tmp_path / "shown.exr")
+    seen = (wanted[..., 3] > 0.999) & (shown[..., 3] > 0.999)
+    found = relative_rms(shown[seen], wanted[seen])
+    print(f"{found:.2e} off")
+    assert seen.mean() > 0.4 and found < 0.01
+    for mesh in meshes.values():
+        for name in (name for name in BACKS if name in mesh.attributes):
+            mesh.attributes.remove(mesh.attributes[name])
+    assert relative_rms(stage.render(tmp_path / "fronts.exr")[seen], wanted[seen]) > 0.2
+
+
+def test_a_part_of_the_layers_of_backs_is_dropped(blender, part, small, imported, tmp_path):
+    """The fronts are imported as ever."""
+    glb = Glb(small.read_bytes())
+    del glb.document["meshes"][0]["primitives"][0]["attributes"]["_PRT_B1"]
+    path = tmp_path / "partly.glb"
+    path.write_bytes(glb.written())
+    imported(path)
+    mesh = blender.data.objects["Ball"].data
+    assert "prt_bake" in mesh and not any(name.startswith("_PRT_B") for name in mesh.attributes.keys())  # noqa: SIM118 - a collection of bpy
+
+
 @pytest.fixture
 def small(blender, scene, stage, tmp_path):
-    """A baked ball, exported in 16 bits."""
+    """A ball, baked for both sides, exported in 16 bits."""
     stage.environment(stage.picture("Six", stage.six_coloured_sky(64)))
-    stage.object_of("Ball", stage.icosphere(1), matte(blender, "Clay", (0.8, 0.5, 0.2)))
+    stage.object_of("Ball", stage.icosphere(1), matte(blender, "Clay", (0.8, 0.5, 0.2))).prt.sides = "BOTH"
     blender.ops.prt.bake(mode="UNSHADOWED", lamps="NONE")
     scene.prt.gltf.precision = "SHORT"
     path = tmp_path / "ball.glb"
@@ -122,7 +175,11 @@ BROKEN = {
     ),
     "scales": (
         lambda document: primitive_extras(document).update(scales=[1.0]),
-        "the scales of mesh 'Sphere' are missing",
+        "the 'scales' of mesh 'Sphere' are missing",
+    ),
+    "scales of backs": (
+        lambda document: primitive_extras(document).pop("backs"),
+        "the 'backs' of mesh 'Sphere' are missing, or not 3 pairs of numbers",
     ),
 }
 
@@ -195,7 +252,7 @@ def test_what_was_imported_is_exported_alike(blender, small, imported, tmp_path)
     for name in ("light", "turn", "strength", "axes"):
         wanted, found = (scene_extras(glb.document)[name] for glb in (first, second))
         np.testing.assert_allclose(found, wanted, atol=2e-5 * np.abs(scene_extras(first.document)["light"]).max())
-    for name in ("_PRT_0", "_PRT_8"):
+    for name in ("_PRT_0", "_PRT_8", "_PRT_B0", "_PRT_B2"):
         one, other = (
             glb.values(glb.document["meshes"][0]["primitives"][0]["attributes"][name]).astype(int)
             for glb in (first, second)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a bake stores on a mesh, as docs/formats.md has it: nine layers of four floats.
+// What a bake stores on a mesh, as docs/formats.md has it: nine layers of four floats, and three more of backs.
 
 /** Coefficients of bands 0 to 2. */
 export const COEFFICIENTS = 9;
@@ -7,7 +7,10 @@ export const COEFFICIENTS = 9;
 /** The layers' names in a glTF file. */
 export const LAYERS: readonly string[] = Array.from({ length: COEFFICIENTS }, (_, i) => `_PRT_${i}`);
 
-/** Alpha of the first layer, where there is transport. */
+/** Names of the layers of backs: nine numbers less 1 in the first, and as alphas the direct share, red and green of what they are times. */
+export const BACKS: readonly string[] = Array.from({ length: COEFFICIENTS / 3 }, (_, k) => `_PRT_B${k}`);
+
+/** Alpha of the first layer, where there is transport; red of the first of backs, where these have some. */
 export const BAKED_BELOW = -0.5;
 
 /** Alpha of the first layer, where the transport is in the object's own axes. */
@@ -16,12 +19,12 @@ export const OWN_AXES_BELOW = -1.5;
 /** What a layer's colour and alpha are multiplied by, where a file stores it in 16 bits. */
 export type LayerScales = readonly [colour: number, alpha: number];
 
-/** The scales in the extras of a glTF file's primitive; 1 where there are none, as of floats. */
-export function layerScales(extras: unknown): readonly LayerScales[] {
-  const { scales } = (extras ?? {}) as { scales?: readonly LayerScales[] };
-  if (!scales) return LAYERS.map(() => [1, 1]);
-  if (scales.length !== COEFFICIENTS || scales.some((pair) => pair.length !== 2 || !pair.every(Number.isFinite))) {
-    throw new Error(`A primitive's extras hold ${COEFFICIENTS} pairs of scales, and not these.`);
+/** The scales in the extras of a glTF file's primitive, of its layers or of those of its backs; 1 where there are none, as of floats. */
+export function layerScales(extras: unknown, of: "scales" | "backs" = "scales"): readonly LayerScales[] {
+  const scales = ((extras ?? {}) as Record<string, readonly LayerScales[] | undefined>)[of], { length } = of === "backs" ? BACKS : LAYERS;
+  if (!scales) return Array.from({ length }, () => [1, 1]);
+  if (scales.length !== length || scales.some((pair) => pair.length !== 2 || !pair.every(Number.isFinite))) {
+    throw new Error(`A primitive's extras hold ${length} pairs of scales, and not these.`);
   }
   return scales;
 }

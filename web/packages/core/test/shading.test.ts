@@ -37,6 +37,9 @@ test("the scales of layers: those of the extras, 1 without, and no others", () =
   for (const broken of [pairs.slice(1), pairs.map(() => [1]), pairs.map(() => [NaN, 1])]) {
     assert.throws(() => layerScales({ scales: broken }), /9 pairs of scales/);
   }
+  assert.deepEqual(layerScales({ scales: pairs, backs: pairs.slice(6) }, "backs"), pairs.slice(6));
+  assert.deepEqual(layerScales({}, "backs"), [[1, 1], [1, 1], [1, 1]]);
+  assert.throws(() => layerScales({ backs: pairs }, "backs"), /3 pairs of scales/);
 });
 
 test("without transport it is that of their normals, which are turned and may have any length", () => {

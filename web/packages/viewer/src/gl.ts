@@ -9,7 +9,10 @@ export interface Program {
 }
 
 /** Where attributes are bound, in every program. */
-export const ATTRIBUTES = ["position", "light", "coordinates0", "coordinates1", "normal", "direct0", "direct1", "direct2"] as const;
+export const ATTRIBUTES = [
+  "position", "light", "behind", "coordinates0", "coordinates1", "normal",
+  "direct0", "direct1", "direct2", "directBehind0", "directBehind1", "directBehind2",
+] as const;
 
 export function compiled(gl: GL, vertex: string, fragment: string): Program {
   const program = gl.createProgram();

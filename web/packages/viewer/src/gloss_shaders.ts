@@ -37,7 +37,7 @@ void mirrors(vec3 n, vec3 view, float metallic, float rough, vec3 light, float s
 
 /** The same in each pixel, with kinds of gloss from pictures; along a normal that looks out of the side that is seen. */
 export const GLSL_GLOSS = `
-centroid in float skySeen;
+centroid in vec2 skySeen;
 uniform sampler2D glossTexture;
 uniform vec4 glossPlacing;
 uniform int glossCoordinates;
@@ -51,7 +51,7 @@ vec3 glossy(vec3 n, vec3 base, vec3 light, vec3 suns) {
 #endif
   vec3 view = normalize(eye.xyz - eye.w * spot), factor, summand;
   float diffuse;
-  mirrors(n, view, metallic, rough, light, skySeen, factor, summand, diffuse);
+  mirrors(n, view, metallic, rough, light, gl_FrontFacing ? skySeen.x : skySeen.y, factor, summand, diffuse);
   return base * (factor + diffuse * suns) + summand;
 }`;
 

@@ -3,7 +3,7 @@
 
 import { buffer, type GL } from "./gl.js";
 import type { Mesh } from "./model.js";
-import { DIRECT_STRIDE } from "./transport.js";
+import { DIRECT_STRIDE, type Side } from "./transport.js";
 
 export interface Attribute {
   readonly values: WebGLBuffer;
@@ -15,16 +15,19 @@ export interface Attribute {
 }
 
 export class GpuMesh {
-  /** In the order of `ATTRIBUTES`; null are the light, which is each instance's own, and what the mesh has not. */
+  /** In the order of `ATTRIBUTES`; null are the light on both sides, which is each instance's own, and what the mesh has not. */
   readonly attributes: readonly (Attribute | null)[];
   readonly triangles: WebGLBuffer;
 
   constructor(private readonly gl: GL, { positions, coordinates, normals, material, transport, triangles }: Mesh) {
     const floats = (data: Float32Array | null, width: number) => data && { values: this.values(data), width };
-    const direct = material.gloss && transport?.direct ? this.values(transport.direct) : null;
+    const directOf = (side: Side | null | undefined) => {
+      const values = material.gloss && side?.direct ? this.values(side.direct) : null;
+      return [0, 8, 16].map((offset) => values && { values, width: 3, stride: 2 * DIRECT_STRIDE, offset });
+    };
     this.attributes = [
-      floats(positions, 3), null, ...coordinates.map((data) => floats(data, 2)), material.gloss || transport ? floats(normals, 3) : null,
-      ...[0, 8, 16].map((offset) => direct && { values: direct, width: 3, stride: 2 * DIRECT_STRIDE, offset }),
+      floats(positions, 3), null, null, ...coordinates.map((data) => floats(data, 2)), material.gloss || transport ? floats(normals, 3) : null,
+      ...directOf(transport), ...directOf(transport?.backs),
     ];
     this.triangles = buffer(gl, gl.ELEMENT_ARRAY_BUFFER, triangles as Uint32Array<ArrayBuffer>);
   }

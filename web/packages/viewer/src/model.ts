@@ -3,7 +3,7 @@
 
 import { fromColumns, type Matrix3, multiplied, transposed, unitColumns, type Vector3 } from "@prt-relight/core";
 import { fromLinear, linearPart, type Matrix4, placed, product, transformed } from "./matrix4.js";
-import { unpacked } from "./transport.js";
+import { type Side, unpacked, unpackedBacks } from "./transport.js";
 import { ordered } from "./vertex_order.js";
 
 /** Blender's X, Y and Z in glTF's axes, which are Y up. */
@@ -46,14 +46,11 @@ export interface Gloss {
   readonly texture: Texture | null;
 }
 
-export interface Transport {
-  /** 27 whole numbers a vertex. */
-  readonly numbers: Int16Array;
-  /** What they are multiplied by. */
-  readonly scale: number;
+/** What the fronts of a mesh receive, in the scene's axes or in the object's own; of what is glossy or lit by suns with the direct part. */
+export interface Transport extends Side {
   readonly inOwnAxes: boolean;
-  /** Of what is glossy or lit by suns: nine numbers of the direct part a vertex, at places of twelve. */
-  readonly direct: Int16Array | null;
+  /** What the backs receive; null where they show the light of the fronts, or are not seen. */
+  readonly backs: Side | null;
 }
 
 export interface Mesh {
@@ -209,6 +206,7 @@ class Reader {
           ...unpacked(this.slice(packed.view), vertices, packed.tints, packed.direct),
           scale: packed.scale,
           inOwnAxes: packed.space === "OBJECT",
+          backs: packed.backs ? unpackedBacks(this.slice(packed.backs.view), vertices, packed.backs.scale, packed.direct) : null,
         }
         : null,
     };

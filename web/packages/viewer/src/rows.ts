@@ -2,7 +2,7 @@
 // Some vertices of a mesh, with all that is theirs.
 
 import type { Mesh } from "./model.js";
-import { DIRECT_STRIDE, NUMBERS } from "./transport.js";
+import { DIRECT_STRIDE, NUMBERS, type Side } from "./transport.js";
 
 /** The mesh with these vertices in this order, and with triangles of them. */
 export function withVertices(mesh: Mesh, kept: Uint32Array, triangles: Uint32Array): Mesh {
@@ -14,12 +14,12 @@ export function withVertices(mesh: Mesh, kept: Uint32Array, triangles: Uint32Arr
     normals: rows(normals, kept, 3),
     coordinates: coordinates.map((pairs) => pairs && rows(pairs, kept, 2)),
     triangles,
-    transport: transport && {
-      ...transport,
-      numbers: rows(transport.numbers, kept, NUMBERS),
-      direct: transport.direct && rows(transport.direct, kept, DIRECT_STRIDE),
-    },
+    transport: transport && { ...transport, ...ofSide(transport, kept), backs: transport.backs && ofSide(transport.backs, kept) },
   };
+}
+
+function ofSide({ numbers, direct, scale }: Side, kept: Uint32Array): Side {
+  return { numbers: rows(numbers, kept, NUMBERS), direct: direct && rows(direct, kept, DIRECT_STRIDE), scale };
 }
 
 /** Rows of an array, of so many numbers each. */

@@ -16,7 +16,7 @@ precision highp sampler2D;
 export type Feature =
   | "SHADOW"
   | "TEXTURED" | "GLOWING" | "GLOWING_PICTURE" | "CUT" | "CLEAR" | "WHITE"
-  | "SUNNY" | "SUNNY_COARSELY" | "GLOSSY" | "GLOSSY_AT_VERTICES" | "GLOSS_PICTURE" | "NORMAL_PICTURE" | "SKY_SEEN";
+  | "SUNNY" | "SUNNY_COARSELY" | "GLOSSY" | "GLOSSY_AT_VERTICES" | "GLOSS_PICTURE" | "NORMAL_PICTURE" | "SKY_SEEN" | "TWO_SIDED";
 
 /** The programs of a surface: vertex and fragment. */
 export function surfaceShaders(features: readonly Feature[]): [string, string] {
@@ -52,19 +52,19 @@ vec4 ownColour() {
 
 const SURFACE_VERTEX = `
 in vec3 position;
-in vec3 light;
+in vec3 light, behind; // on its front and on its back
 in vec2 coordinates0;
 in vec2 coordinates1;
-in vec3 normal, direct0, direct1, direct2;
+in vec3 normal, direct0, direct1, direct2, directBehind0, directBehind1, directBehind2;
 uniform mat4 place, world;
 uniform mat3 normals, toTransport;
 uniform vec4 eye;
-uniform float directScale;
-centroid out vec3 radiance; // within the triangle, also where only a part of a pixel is
+uniform vec2 directScales; // of front and back
+centroid out vec3 radiance, radianceBehind; // within the triangle, also where only a part of a pixel is
 out vec2 place0, place1;
 centroid out vec3 facing;
 out vec3 spot;
-centroid out float skySeen;
+centroid out vec2 skySeen; // by front and back
 centroid out vec3 factor, summand; // of the base colour, and to it
 centroid out float diffuse; // what light from suns is multiplied by, too
 
@@ -77,33 +77,40 @@ ${GLSL_MIRRORS}
 #ifdef SKY_SEEN
 // How much sky there is where a mirror looks: the direct transport along the mirrored view, by what it is in the open, as
 // the relit surfaces of EEVEE have it. The last band is damped, as it rings.
-float share(vec3 n, vec3 view) {
+float share(vec3 n, vec3 view, vec3 d0, vec3 d1, vec3 d2) {
   vec3 w = toTransport * reflect(-view, n);
   float cosine = abs(dot(n, view));
-  float seen = ${K_0.toFixed(9)} * direct0.x + ${K_1.toFixed(9)} * (w.y * direct0.y + w.z * direct0.z + w.x * direct1.x);
-  seen += 0.75 * (${K_XY.toFixed(9)} * (w.x * w.y * direct1.y + w.y * w.z * direct1.z + w.x * w.z * direct2.y)
-    + ${K_ZZ.toFixed(9)} * (3.0 * w.z * w.z - 1.0) * direct2.x + ${K_XX.toFixed(9)} * (w.x * w.x - w.y * w.y) * direct2.z);
+  float seen = ${K_0.toFixed(9)} * d0.x + ${K_1.toFixed(9)} * (w.y * d0.y + w.z * d0.z + w.x * d1.x);
+  seen += 0.75 * (${K_XY.toFixed(9)} * (w.x * w.y * d1.y + w.y * w.z * d1.z + w.x * w.z * d2.y)
+    + ${K_ZZ.toFixed(9)} * (3.0 * w.z * w.z - 1.0) * d2.x + ${K_XX.toFixed(9)} * (w.x * w.x - w.y * w.y) * d2.z);
   float open = (0.53125 + 2.0 * cosine + 1.40625 * cosine * cosine) / 12.566370614;
-  return clamp(directScale * seen / open, 0.0, 1.0);
+  return clamp(seen / open, 0.0, 1.0);
 }
 #endif
 
 void main() {
   radiance = light;
+#ifdef TWO_SIDED
+  radianceBehind = behind;
+#endif
   place0 = coordinates0;
   place1 = coordinates1;
   gl_Position = place * vec4(position, 1.0);
 #if defined(GLOSSY) || defined(GLOSSY_AT_VERTICES) || defined(SUNNY)
   spot = (world * vec4(position, 1.0)).xyz;
   facing = normalize(normals * normal);
-  skySeen = 1.0;
+  skySeen = vec2(1.0);
 #ifdef SKY_SEEN
-  skySeen = share(facing, normalize(eye.xyz - eye.w * spot));
+  vec3 towards = normalize(eye.xyz - eye.w * spot);
+  skySeen = vec2(share(facing, towards, directScales.x * direct0, directScales.x * direct1, directScales.x * direct2));
+#ifdef TWO_SIDED
+  skySeen.y = share(facing, towards, directScales.y * directBehind0, directScales.y * directBehind1, directScales.y * directBehind2);
+#endif
 #endif
 #endif
 #ifdef GLOSSY_AT_VERTICES
   vec3 view = normalize(eye.xyz - eye.w * spot), n = dot(facing, view) < 0.0 ? -facing : facing;
-  mirrors(n, view, gloss.x, gloss.y, withoutNegatives(light), skySeen, factor, summand, diffuse);
+  mirrors(n, view, gloss.x, gloss.y, withoutNegatives(light), skySeen.x, factor, summand, diffuse);
 #endif
 #ifdef SHADED_AT_VERTICES
   radiance = colour.rgb * factor + summand;
@@ -111,7 +118,7 @@ void main() {
 }`;
 
 const SURFACE_FRAGMENT = `
-centroid in vec3 radiance;
+centroid in vec3 radiance, radianceBehind;
 centroid in vec3 facing;
 in vec3 spot;
 uniform vec4 eye, emissionPlacing;
@@ -151,7 +158,11 @@ void main() {
 #elif defined(GLOSSY_AT_VERTICES)
   vec3 light = surface.rgb * (factor + diffuse * suns) + summand;
 #else
+#ifdef TWO_SIDED
+  vec3 light = withoutNegatives(gl_FrontFacing ? radiance : radianceBehind);
+#else
   vec3 light = withoutNegatives(radiance);
+#endif
 #ifdef GLOSSY
   light = glossy(bent, surface.rgb, light, suns);
 #elif defined(WHITE)

@@ -95,7 +95,7 @@ export class Surfaces {
     gl.uniform3f(uniforms["gloss"]!, gloss.metallic, gloss.roughness, gloss.straight);
     if (transport) {
       gl.uniformMatrix3fv(uniforms["toTransport"]!, false, Float32Array.from(transport.inOwnAxes ? axes : IDENTITY)); // transposed
-      gl.uniform1f(uniforms["directScale"]!, transport.scale);
+      gl.uniform2f(uniforms["directScales"]!, transport.scale, transport.backs?.scale ?? 0);
     }
     this.lay(2, gloss.texture, program, "gloss");
     bindTexture(gl, 4, mirrored, program, "mirroredSky");
@@ -142,13 +142,15 @@ function holesOf({ texture: colour, alpha }: Material): Feature[] {
 function featuresOf({ transport }: Mesh, material: Material, { shading, coarse, suns }: Surroundings): Feature[] {
   const { texture: colour, emission, emissionTexture, normalTexture, alpha, gloss } = material, features = holesOf(material);
   const isSunny = suns && transport;
+  if (transport?.backs) features.push("TWO_SIDED");
   if (isSunny) features.push("SUNNY", ...(coarse ? ["SUNNY_COARSELY" as const] : []));
   if (shading === "light") return [...features, "WHITE"];
   if (colour && alpha === "OPAQUE") features.push("TEXTURED");
   if (Math.max(...emission) > 0) features.push(emissionTexture ? "GLOWING_PICTURE" : "GLOWING");
   if (normalTexture && (gloss || isSunny)) features.push("NORMAL_PICTURE");
   if (!gloss) return features;
-  features.push(coarse && !gloss.texture && !normalTexture ? "GLOSSY_AT_VERTICES" : "GLOSSY");
+  const isEven = !gloss.texture && !normalTexture && !transport?.backs; // which side is seen, pixels know alone
+  features.push(coarse && isEven ? "GLOSSY_AT_VERTICES" : "GLOSSY");
   if (gloss.texture) features.push("GLOSS_PICTURE");
   if (transport?.direct && shading === "baked") features.push("SKY_SEEN");
   return features;

@@ -16,13 +16,25 @@ export interface Unpacked {
   readonly direct: Int16Array | null;
 }
 
+/** What one side of all faces receives. */
+export interface Side extends Unpacked {
+  /** What the numbers are multiplied by. */
+  readonly scale: number;
+}
+
+/** By how much finer the numbers of backs are than those that are packed: they are multiplied by colours, and rounded. */
+const FINER = 16;
+
+/** What stands for 1 in colours and direct shares of backs. */
+const SHARES = 255;
+
 /**
  * Packed are the low bytes of all numbers and then the high ones, number after number, with the sign in the lowest bit; red and blue are
  * less what green foretells, by so many 256ths. Where the direct part is told apart it follows each colour, which is less it.
  */
 export function unpacked(planes: Uint8Array, vertices: number, tints: readonly [number, number], toldApart: boolean): Unpacked {
   const channels = toldApart ? 4 : 3, high = channels * COEFFICIENTS * vertices;
-  if (planes.length !== 2 * high) throw new Error("The page is not whole: transport is missing. Export it again.");
+  check(planes, 2 * high);
   const numbers = new Int16Array(NUMBERS * vertices), direct = toldApart ? new Int16Array(DIRECT_STRIDE * vertices) : null;
   for (let i = 0, at = 0; i < COEFFICIENTS; i++) {
     for (let channel = 0; channel < channels; channel++, at += vertices) {
@@ -32,6 +44,29 @@ export function unpacked(planes: Uint8Array, vertices: number, tints: readonly [
   }
   for (let i = 0; i < COEFFICIENTS; i++) putTogether(numbers, direct, i, tints);
   return { numbers, direct };
+}
+
+/** The same of backs: packed are nine numbers, red and green of the colour that they all have, and, if it is told apart, the direct part's share. */
+export function unpackedBacks(planes: Uint8Array, vertices: number, scale: number, toldApart: boolean): Side {
+  const columns = COEFFICIENTS + (toldApart ? 3 : 2), high = columns * vertices, rows = new Int16Array(columns * vertices);
+  check(planes, 2 * high);
+  for (let column = 0; column < columns; column++) decode(planes, column * vertices, high, vertices, rows, column, columns);
+  const numbers = new Int16Array(NUMBERS * vertices), direct = toldApart ? new Int16Array(DIRECT_STRIDE * vertices) : null;
+  for (let vertex = 0, at = 0; vertex < vertices; vertex++, at += columns) {
+    const [red, green, share] = [0, 1, 2].map((k) => (k < columns - COEFFICIENTS ? (FINER / SHARES) * rows[at + COEFFICIENTS + k]! : 0)) as [number, number, number];
+    for (let i = 0, k = NUMBERS * vertex; i < COEFFICIENTS; i++, k += 3) {
+      const number = rows[at + i]!;
+      numbers[k] = Math.round(number * red);
+      numbers[k + 1] = Math.round(number * green);
+      numbers[k + 2] = Math.round(number * (3 * FINER - red - green));
+      if (direct) direct[DIRECT_STRIDE * vertex + placeOf(i)] = Math.round(number * share);
+    }
+  }
+  return { numbers, direct, scale: scale / FINER };
+}
+
+function check(planes: Uint8Array, length: number): void {
+  if (planes.length !== length) throw new Error("The page is not whole: transport is missing. Export it again.");
 }
 
 /** Writes one number of each vertex, which are packed as differences to the vertex before, at a place of each row. */

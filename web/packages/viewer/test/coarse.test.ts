@@ -30,6 +30,7 @@ function sheet(side: number): Mesh {
     transport: {
       numbers: Int16Array.from({ length: NUMBERS * vertices }, (_, k) => k % 500), scale: 1, inOwnAxes: false,
       direct: Int16Array.from({ length: DIRECT_STRIDE * vertices }, (_, k) => k % 60),
+      backs: { numbers: Int16Array.from({ length: NUMBERS * vertices }, (_, k) => k % 499), scale: 2, direct: null },
     },
   };
 }
@@ -56,6 +57,7 @@ test("fewer vertices, each with all that was its own, and both sides of a sheet 
       [...row(fine.positions, 3, k), ...row(fine.normals, 3, k)].join() === [...row(coarse.positions, 3, vertex), ...row(coarse.normals, 3, vertex)].join());
     assert.equal(places.length, 1);
     assert.deepEqual(row(coarse.transport!.numbers, NUMBERS, vertex), row(fine.transport!.numbers, NUMBERS, places[0]!));
+    assert.deepEqual(row(coarse.transport!.backs!.numbers, NUMBERS, vertex), row(fine.transport!.backs!.numbers, NUMBERS, places[0]!));
     assert.deepEqual(row(coarse.transport!.direct!, DIRECT_STRIDE, vertex), row(fine.transport!.direct!, DIRECT_STRIDE, places[0]!));
   }
 });

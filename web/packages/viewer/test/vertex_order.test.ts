@@ -25,6 +25,7 @@ function sheet(): Mesh {
     transport: {
       numbers: Int16Array.from(numbered(NUMBERS), (k) => k % 500), scale: 1, inOwnAxes: false,
       direct: Int16Array.from(numbered(DIRECT_STRIDE), (k) => k % 60),
+      backs: { numbers: Int16Array.from(numbered(NUMBERS), (k) => k % 499), scale: 2, direct: Int16Array.from(numbered(DIRECT_STRIDE), (k) => k % 59) },
     },
   };
 }
@@ -58,6 +59,10 @@ test("the same triangles, each vertex with all that is its own, and none that is
   assert.deepEqual([...after.coordinates[0]!], rows(before.coordinates[0]!, 2).flat());
   assert.deepEqual([...after.transport!.numbers], rows(before.transport!.numbers, NUMBERS).flat());
   assert.deepEqual([...after.transport!.direct!], rows(before.transport!.direct!, DIRECT_STRIDE).flat());
+  const [found, wanted] = [after.transport!.backs!, before.transport!.backs!];
+  assert.deepEqual([...found.numbers], rows(wanted.numbers, NUMBERS).flat());
+  assert.deepEqual([...found.direct!], rows(wanted.direct!, DIRECT_STRIDE).flat());
+  assert.equal(found.scale, 2);
 });
 
 test("few vertices are reckoned twice", () => {
