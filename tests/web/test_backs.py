@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.core.references import axis_angle
-from tests.web.conftest import look_from, matte
+from tests.web.conftest import dent, lay_out, look_from, matte
 from tests.web.pages import ReadPage
 from tests.web.views import HEIGHT, WIDTH, eevee, relative_rms
 
@@ -27,7 +27,7 @@ def leaf(stage, name, material, place, turn):
     return sheet
 
 
-def furnish(blender, stage, gloss=False):
+def furnish(blender, stage, gloss=False, bent=False):
     """Three leaves that are seen from behind, one of them in its own axes, one that is creased, and a ball before them, on a floor."""
     colours = {"Green": (0.3, 0.7, 0.2), "Red": (0.8, 0.3, 0.2), "Blue": (0.3, 0.4, 0.8), "Grey": (0.6, 0.6, 0.6)}
     materials = {name: matte(blender, stage, name, colour) for name, colour in colours.items()}
@@ -35,11 +35,14 @@ def furnish(blender, stage, gloss=False):
         for material in (materials[name] for name in ("Green", "Red", "Blue")):
             inputs = material.node_tree.nodes["Principled BSDF"].inputs
             inputs["Specular IOR Level"].default_value, inputs["Roughness"].default_value = 0.5, 0.4
-    leaf(stage, "First", materials["Green"], (-2.1, 0.0, 1.4), (1.9, 0.0, 0.5))
+    first = leaf(stage, "First", materials["Green"], (-2.1, 0.0, 1.4), (1.9, 0.0, 0.5))
     own = leaf(stage, "Second", materials["Red"], (0.0, 0.0, 1.4), (1.5, 0.5, 0.0))
     own.prt.space = "OBJECT"
     third = leaf(stage, "Third", materials["Blue"], (2.1, 0.0, 1.4), (1.7, 0.2, -0.4))
     stage.crease(third.data)
+    for ob, name in ((first, "Green"), (own, "Red")) if bent else ():
+        dent(blender, materials[name])
+        lay_out(ob.data, (0, 1), 0.9)
     stage.object_of("Ball", stage.icosphere(4, 0.3), materials["Grey"], (0.9, -1.5, 0.3))
     stage.object_of("Floor", stage.grid(40, 4.0), materials["Grey"])
     for sheet in (blender.data.objects[name] for name in ("First", "Second", "Third")):
@@ -47,9 +50,10 @@ def furnish(blender, stage, gloss=False):
     look_from(blender, blender.context.scene, (0.0, -7.5, 2.4), (1.42, 0.0, 0.0))
 
 
-@pytest.fixture(params=["matte", "sunny", "glossy"])
+@pytest.fixture(params=["matte", "sunny", "glossy", "bent"])
 def leaves(request, blender, scene, stage):
-    """These under a soft sky, under a sun that is taken out of it, and glossy under a photographic one; the sun stands behind them."""
+    """These under a soft sky, under a sun that is taken out of it, glossy under a photographic one, and with pictures
+    that bend their normals; the sun stands behind them."""
     kind = request.param
     if kind == "glossy":
         sky = blender.data.images.load(str(stage.headless.studio_hdri("forest")))
@@ -57,7 +61,7 @@ def leaves(request, blender, scene, stage):
         sky = stage.picture("Sky", stage.sunny_sky() if kind == "sunny" else stage.six_coloured_sky(64))
     _, mapping = stage.environment(sky, strength=0.5)
     mapping.inputs["Rotation"].default_value = (0.2, -0.1, -2.0)
-    furnish(blender, stage, gloss=kind == "glossy")
+    furnish(blender, stage, gloss=kind == "glossy", bent=kind in ("bent", "sunny"))
     blender.ops.prt.bake(mode="INTERREFLECTED", samples=64, lamps="ONE" if kind == "sunny" else "NONE")
     return scene
 

@@ -24,7 +24,6 @@ def page(blender, glossy_scene, tmp_path):
 def test_gloss_is_nearly_eevees(stage, glossy_scene, page, browser, tmp_path):
     """Metal on the left, polish in the middle, pictures of dents and of roughness on the right; and the floor."""
     shown = browser.open(page, [f"prt.radiance({WIDTH}, {HEIGHT})"])[0].reshape(HEIGHT, WIDTH, 4)
-    stage.without_normal_detail()  # pages bend the light of suns and gloss alone
     wanted = eevee(stage, glossy_scene, tmp_path / "eevee.exr")
     seen = (wanted[..., 3] > 0.999) & (shown[..., 3] > 0.999)
     third = np.arange(WIDTH) * 3 // WIDTH

@@ -16,7 +16,7 @@ STEPS = 255
 
 EXTRAS = "prt_relight"
 """Key in the extras of a primitive: `view`, where its packed transport lies; `scale`, by which numbers are multiplied; `tints`, how red
-and blue are foretold; `space`, whose axes they are in; `direct`, whether the direct part is told apart, as of what is glossy or lit by suns;
+and blue are foretold; `space`, whose axes they are in; `direct`, whether the direct part is told apart, as of what is glossy, has normals that a picture bends, or is lit by suns;
 `backs`, a `view` and a `scale` again, of meshes whose backs have transport and may be seen."""
 
 SHARES = 255
@@ -55,7 +55,7 @@ def _pack(glb: Glb, primitive: dict[str, Any], suns: bool) -> int:
     backs = _taken(glb, primitive, BACKS) if BACKS[0] in primitive["attributes"] else None
     own_axes = bool(layers[0, 0, 3] < OWN_AXES_BELOW)
     material = glb.document["materials"][primitive["material"]] if "material" in primitive else None
-    direct = suns or (material is not None and is_glossy(material))
+    direct = suns or (material is not None and (is_glossy(material) or "normalTexture" in material))
     layers[:, 0, 3] += 2.0 if own_axes else 1.0  # its marks
     numbers, scale = rounded(told_apart(layers) if direct else layers[..., :3])
     tints = tints_of(numbers)

@@ -21,12 +21,12 @@ export class GpuMesh {
 
   constructor(private readonly gl: GL, { positions, coordinates, normals, material, transport, triangles }: Mesh) {
     const floats = (data: Float32Array | null, width: number) => data && { values: this.values(data), width };
-    const directOf = (side: Side | null | undefined) => {
-      const values = material.gloss && side?.direct ? this.values(side.direct) : null;
+    const isBent = material.normalTexture !== null, directOf = (side: Side | null | undefined) => {
+      const values = (material.gloss || isBent) && side?.direct ? this.values(side.direct) : null;
       return [0, 8, 16].map((offset) => values && { values, width: 3, stride: 2 * DIRECT_STRIDE, offset });
     };
     this.attributes = [
-      floats(positions, 3), null, null, ...coordinates.map((data) => floats(data, 2)), material.gloss || transport ? floats(normals, 3) : null,
+      floats(positions, 3), null, null, ...coordinates.map((data) => floats(data, 2)), isBent || material.gloss || transport ? floats(normals, 3) : null,
       ...directOf(transport), ...directOf(transport?.backs),
     ];
     this.triangles = buffer(gl, gl.ELEMENT_ARRAY_BUFFER, triangles as Uint32Array<ArrayBuffer>);

@@ -46,7 +46,7 @@ export interface Gloss {
   readonly texture: Texture | null;
 }
 
-/** What the fronts of a mesh receive, in the scene's axes or in the object's own; of what is glossy or lit by suns with the direct part. */
+/** What the fronts of a mesh receive, in the scene's axes or in the object's own; of what is glossy, bent by a picture or lit by suns with the direct part. */
 export interface Transport extends Side {
   readonly inOwnAxes: boolean;
   /** What the backs receive; null where they show the light of the fronts, or are not seen. */

@@ -14,7 +14,7 @@ import type { Orbit } from "./orbit.js";
 import type { Quality } from "./pace.js";
 import { Shadows } from "./shadows.js";
 import type { Sky } from "./sky.js";
-import { type Shading, Surfaces, type Surroundings } from "./surfaces.js";
+import { type SeenLight, type Shading, Surfaces, type Surroundings } from "./surfaces.js";
 import { Target } from "./target.js";
 
 /** What a frame shows, and how. */
@@ -32,6 +32,13 @@ export interface Frame {
 interface Part {
   readonly instance: Instance;
   readonly material: Material;
+}
+
+/** The light of a sky as a frame has it. */
+function seenOf({ sky, turn }: Frame): SeenLight {
+  const seen = (light: Light) => scaled(turned(light, turn), sky.strength);
+  const whole = seen(sky.light), lamps = sky.suns.length ? seen(sky.lamps) : null;
+  return { whole, lamps, soft: lamps ? whole.map((value, k) => value - lamps[k]!) : whole };
 }
 
 const SOLID = 0.99; // alpha, from which on a texel of what is clear hides what is behind
@@ -100,9 +107,9 @@ export class Renderer {
   private drawInto(target: Target, frame: Frame, orbit: Orbit, covered: number, coarse: boolean, sky: Quality | null): void {
     const { gl } = this, aspect = target.width / target.height, clip = orbit.clip(aspect, covered), eye = orbit.position;
     const distance = ({ instance: { centre } }: Part) => Math.hypot(...centre.map((value, k) => value - eye[k]!));
-    const drawables = this.lit(coarse, frame), baked = frame.shading !== "unshadowed";
+    const baked = frame.shading !== "unshadowed", light = seenOf(frame), drawables = this.lit(coarse, light, baked);
     const suns = baked ? this.shadows.of(frame.sky, frame.turn, drawables, coarse) : null;
-    const surroundings = { ...frame, coarse, suns, eye: orbit.eye, mirrored: this.mirroredSky(frame) };
+    const surroundings = { ...frame, coarse, suns, eye: orbit.eye, light, mirrored: this.mirroredSky(frame) };
     const draw = (part: Part) => this.drawPart(drawables, part, product(clip, part.instance.world), surroundings);
     target.begin();
     gl.enable(gl.DEPTH_TEST);
@@ -128,10 +135,9 @@ export class Renderer {
   }
 
   /** What is drawn, under the light of a frame. Coarse meshes are made when they are first drawn. */
-  private lit(coarse: boolean, { sky, turn, shading }: Frame): Drawables {
+  private lit(coarse: boolean, { whole, lamps }: SeenLight, baked: boolean): Drawables {
     const drawables = coarse ? (this.coarse ??= new Drawables(this.gl, this.model, coarsened(this.model))) : this.fine;
-    const seen = (light: Light) => scaled(turned(light, turn), sky.strength);
-    drawables.relight(seen(sky.light), sky.suns.length ? seen(sky.lamps) : null, shading !== "unshadowed");
+    drawables.relight(whole, lamps, baked);
     return drawables;
   }
 }

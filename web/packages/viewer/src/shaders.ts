@@ -3,7 +3,7 @@
 
 import { GLSL_VIEW, GLSL_WITHOUT_NEGATIVES, K_0, K_1, K_XX, K_XY, K_ZZ } from "@prt-relight/core";
 import { GLSL_EQUIRECT, GLSL_GLOSS, GLSL_MIRRORS } from "./gloss_shaders.js";
-import { GLSL_NORMALS } from "./normal_shaders.js";
+import { GLSL_DETAIL, GLSL_NORMALS } from "./normal_shaders.js";
 import { GLSL_SUNS } from "./sun_shaders.js";
 
 export const HEAD = `#version 300 es
@@ -16,7 +16,7 @@ precision highp sampler2D;
 export type Feature =
   | "SHADOW"
   | "TEXTURED" | "GLOWING" | "GLOWING_PICTURE" | "CUT" | "CLEAR" | "WHITE"
-  | "SUNNY" | "SUNNY_COARSELY" | "GLOSSY" | "GLOSSY_AT_VERTICES" | "GLOSS_PICTURE" | "NORMAL_PICTURE" | "SKY_SEEN" | "TWO_SIDED";
+  | "SUNNY" | "SUNNY_COARSELY" | "GLOSSY" | "GLOSSY_AT_VERTICES" | "GLOSS_PICTURE" | "NORMAL_PICTURE" | "SKY_SEEN" | "OPEN_SKY" | "TWO_SIDED";
 
 /** The programs of a surface: vertex and fragment. */
 export function surfaceShaders(features: readonly Feature[]): [string, string] {
@@ -65,6 +65,7 @@ out vec2 place0, place1;
 centroid out vec3 facing;
 out vec3 spot;
 centroid out vec2 skySeen; // by front and back
+centroid out vec2 openSky; // share of it that lights the surface, by front and back
 centroid out vec3 factor, summand; // of the base colour, and to it
 centroid out float diffuse; // what light from suns is multiplied by, too
 
@@ -96,7 +97,7 @@ void main() {
   place0 = coordinates0;
   place1 = coordinates1;
   gl_Position = place * vec4(position, 1.0);
-#if defined(GLOSSY) || defined(GLOSSY_AT_VERTICES) || defined(SUNNY)
+#if defined(GLOSSY) || defined(GLOSSY_AT_VERTICES) || defined(SUNNY) || defined(NORMAL_PICTURE)
   spot = (world * vec4(position, 1.0)).xyz;
   facing = normalize(normals * normal);
   skySeen = vec2(1.0);
@@ -105,6 +106,15 @@ void main() {
   skySeen = vec2(share(facing, towards, directScales.x * direct0, directScales.x * direct1, directScales.x * direct2));
 #ifdef TWO_SIDED
   skySeen.y = share(facing, towards, directScales.y * directBehind0, directScales.y * directBehind1, directScales.y * directBehind2);
+#endif
+#endif
+#endif
+#ifdef NORMAL_PICTURE
+  openSky = vec2(1.0);
+#ifdef OPEN_SKY
+  openSky = directScales * vec2(direct0.x, directBehind0.x) / ${K_0.toFixed(9)};
+#ifndef TWO_SIDED
+  openSky.y = openSky.x;
 #endif
 #endif
 #endif
@@ -129,6 +139,9 @@ out vec4 shown;
 ${GLSL_COLOUR}
 ${GLSL_WITHOUT_NEGATIVES}
 ${GLSL_NORMALS}
+#ifdef NORMAL_PICTURE
+${GLSL_DETAIL}
+#endif
 #ifdef GLOSSY
 ${GLSL_MIRRORS}
 ${GLSL_GLOSS}
@@ -143,7 +156,7 @@ ${GLSL_SUNS}
 
 void main() {
   vec4 surface = ownColour();
-#if defined(GLOSSY) || defined(SUNNY)
+#if defined(GLOSSY) || defined(SUNNY) || defined(NORMAL_PICTURE)
   vec3 n = normalize(gl_FrontFacing ? facing : -facing), bent = detailed(n);
 #endif
 #ifdef CUT
@@ -162,6 +175,9 @@ void main() {
   vec3 light = withoutNegatives(gl_FrontFacing ? radiance : radianceBehind);
 #else
   vec3 light = withoutNegatives(radiance);
+#endif
+#ifdef NORMAL_PICTURE
+  light = max(light + moreLight(n, bent), 0.0);
 #endif
 #ifdef GLOSSY
   light = glossy(bent, surface.rgb, light, suns);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The surfaces of a model: their materials, and a program for each set of features that these have.
 
-import { IDENTITY, type Matrix3 } from "@prt-relight/core";
+import { IDENTITY, type Light, type Matrix3 } from "@prt-relight/core";
 import { bindTexture, compiled, type GL, type Program, texture } from "./gl.js";
 import { type Matrix4, normalMatrix } from "./matrix4.js";
 import type { Gloss, Instance, Material, Mesh, Texture } from "./model.js";
@@ -10,6 +10,15 @@ import type { Suns } from "./shadows.js";
 import type { Sky } from "./sky.js";
 
 export type Shading = "baked" | "unshadowed" | "light";
+
+/** The light of a sky, as it is turned and scaled. */
+export interface SeenLight {
+  readonly whole: Light;
+  /** What its suns show of it, if there are any. */
+  readonly lamps: Light | null;
+  /** What is left of it without them. */
+  readonly soft: Light;
+}
 
 /** What surfaces are seen in. */
 export interface Surroundings {
@@ -25,6 +34,8 @@ export interface Surroundings {
   readonly suns: Suns | null;
   /** The sky as mirrors show it, if there are any. */
   readonly mirrored: WebGLTexture | null;
+  /** The sky's, in the world's axes. */
+  readonly light: SeenLight;
 }
 
 const MAPS = 5; // the unit of the texture of suns' shadows
@@ -44,6 +55,8 @@ export class Surfaces {
     this.lay(1, material.emissionTexture, program, "emission");
     this.lay(3, material.normalTexture, program, "normal");
     gl.uniform1f(uniforms["normalScale"]!, material.normalScale);
+    const soft = suns && instance.mesh.transport ? surroundings.light.soft : surroundings.light.whole;
+    if (uniforms["soft"]) gl.uniform3fv(uniforms["soft"], Float32Array.from(soft));
     this.beginSpace(instance, program, surroundings);
     if (suns && instance.mesh.transport) this.beginSuns(suns, program);
     if (material.gloss && !white) this.beginGloss(instance, material.gloss, program, surroundings);
@@ -68,11 +81,12 @@ export class Surfaces {
   }
 
   /** Where the surface is, where it looks, and where from it is looked at, for programs that ask. */
-  private beginSpace({ world }: Instance, { uniforms }: Program, { eye }: Surroundings): void {
+  private beginSpace({ world, mesh: { transport } }: Instance, { uniforms }: Program, { eye }: Surroundings): void {
     const { gl } = this;
     if (uniforms["world"]) gl.uniformMatrix4fv(uniforms["world"], false, Float32Array.from(world));
     if (uniforms["normals"]) gl.uniformMatrix3fv(uniforms["normals"], true, Float32Array.from(normalMatrix(world)));
     if (uniforms["eye"]) gl.uniform4fv(uniforms["eye"], eye);
+    if (transport && uniforms["directScales"]) gl.uniform2f(uniforms["directScales"], transport.scale, transport.backs?.scale ?? 0);
   }
 
   private beginSuns({ count, directions, irradiances, radii, places, reach, maps }: Suns, { uniforms }: Program): void {
@@ -93,10 +107,7 @@ export class Surfaces {
     gl.uniformMatrix3fv(uniforms["toPicture"]!, true, Float32Array.from(turn));
     gl.uniform1f(uniforms["strength"]!, sky.strength);
     gl.uniform3f(uniforms["gloss"]!, gloss.metallic, gloss.roughness, gloss.straight);
-    if (transport) {
-      gl.uniformMatrix3fv(uniforms["toTransport"]!, false, Float32Array.from(transport.inOwnAxes ? axes : IDENTITY)); // transposed
-      gl.uniform2f(uniforms["directScales"]!, transport.scale, transport.backs?.scale ?? 0);
-    }
+    if (transport) gl.uniformMatrix3fv(uniforms["toTransport"]!, false, Float32Array.from(transport.inOwnAxes ? axes : IDENTITY)); // transposed
     this.lay(2, gloss.texture, program, "gloss");
     bindTexture(gl, 4, mirrored, program, "mirroredSky");
   }
@@ -147,7 +158,7 @@ function featuresOf({ transport }: Mesh, material: Material, { shading, coarse, 
   if (shading === "light") return [...features, "WHITE"];
   if (colour && alpha === "OPAQUE") features.push("TEXTURED");
   if (Math.max(...emission) > 0) features.push(emissionTexture ? "GLOWING_PICTURE" : "GLOWING");
-  if (normalTexture && (gloss || isSunny)) features.push("NORMAL_PICTURE");
+  if (normalTexture) features.push("NORMAL_PICTURE", ...(transport?.direct && shading === "baked" ? ["OPEN_SKY" as const] : []));
   if (!gloss) return features;
   const isEven = !gloss.texture && !normalTexture && !transport?.backs; // which side is seen, pixels know alone
   features.push(coarse && isEven ? "GLOSSY_AT_VERTICES" : "GLOSSY");
