@@ -102,6 +102,7 @@ def test_backs_are_eevees(blender, stage, leaves, page, browser, tmp_path):
     assert above.mean() > 0.2 and errors[0] < 0.03 and errors[1] < 0.03 and errors[2] > 0.1
 
 
+@pytest.mark.parametrize("leaves", ["matte"], indirect=True)
 def test_a_turn_of_the_sky_lights_both_sides(blender, stage, leaves, page, browser, tmp_path):
     """As Blender's own turn does; light without shadows has two sides, too."""
     from mathutils import Matrix
@@ -117,6 +118,7 @@ def test_a_turn_of_the_sky_lights_both_sides(blender, stage, leaves, page, brows
     assert relative_rms(shown[seen], wanted[seen]) < 0.03 < 0.1 < relative_rms(first[seen], wanted[seen])
 
 
+@pytest.mark.parametrize("leaves", ["matte", "glossy"], indirect=True)
 def test_backs_take_few_bytes(blender, part, page, browser, tmp_path, monkeypatch):
     """Those that may be seen come with five bytes a vertex at most, gzipped, half a percent off; the ball has none."""
     read = ReadPage(page)
