@@ -76,7 +76,7 @@ def page(blender, leaves, tmp_path):
 def rendered(stage, scene, path):
     """EEVEE's frame, of as many samples as soft shadows take."""
     eevee(stage, scene, path)
-    scene.eevee.taa_render_samples = 32
+    scene.eevee.taa_render_samples = 12
     return stage.render(path)
 
 
