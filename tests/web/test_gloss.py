@@ -35,7 +35,7 @@ def test_gloss_is_nearly_eevees(stage, glossy_scene, page, browser, tmp_path):
 
 
 def test_coarse_movements_are_nearly_the_same(glossy_scene, page, browser):
-    """Of 34,000 vertices as of 7,000, with gloss reckoned at vertices; under another turn of the sky, too."""
+    """Of 34,000 vertices as of 6,500, with gloss reckoned at vertices; under another turn of the sky, too."""
     frames = [f"prt.radiance({WIDTH}, {HEIGHT}, {coarse})" for coarse in ("false", "true")]
     fine, coarse, _, turned, coarse_turned = browser.open(page, [*frames, "prt.turn = 1.0", *frames])
     for one, other in ((fine, coarse), (turned, coarse_turned)):

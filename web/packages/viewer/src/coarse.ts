@@ -5,10 +5,10 @@ import type { Mesh, Model } from "./model.js";
 import { withVertices } from "./rows.js";
 
 /**
- * Vertices of a whole model: about one for ten pixels of the coarsest picture of a screen of 1280 x 720. Smaller triangles take a
+ * Vertices of a whole model: about one for fourteen pixels of the coarsest picture of a screen of 1280 x 720. Smaller triangles take a
  * machine without a graphics card as long as their pixels: half as many vertices take a quarter to a third off a frame.
  */
-export const ENOUGH = 7_000;
+export const ENOUGH = 6_500;
 
 const LEAST = 500; // of a mesh: small ones keep their shape
 const STEPS = 12; // of the bisection by which the size of cells is found

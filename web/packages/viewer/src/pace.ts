@@ -15,7 +15,7 @@ export interface Quality {
 export const FINEST: Quality = { scale: 1, samples: 4, coarse: false, smoothSky: true };
 
 const moving = (coarse: boolean) => (scale: number): Quality => ({ scale, samples: 1, coarse, smoothSky: false });
-const QUALITIES: readonly Quality[] = [FINEST, ...[1, 0.7, 0.5].map(moving(false)), ...[0.5, 0.28].map(moving(true))];
+const QUALITIES: readonly Quality[] = [FINEST, ...[1, 0.7, 0.5].map(moving(false)), ...[0.5, 0.31].map(moving(true))];
 const SLOW = 40, QUICK = 20; // milliseconds a frame
 const STEP = 2; // by what about the next quality is quicker
 const SLOW_FRAMES = 3, QUICK_FRAMES = 60; // in a row, before anything changes
