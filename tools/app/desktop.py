@@ -258,17 +258,25 @@ class Window:
         shell("import", "-window", "root", path)
         return path
 
-    def film(self, name: str, frames: int = 12, pause: float = 0.25) -> Path:
-        """Keep what is on the screen from now on, so many times with so many seconds between: a sheet of small pictures that say when."""
-        begun, shots = time.monotonic(), list[object]()
+    def film(self, name: str, frames: int = 12, pause: float = 0.25) -> list[float]:
+        """Keep what is on the screen from now on: a sheet of small pictures, row by row.
+
+        Args:
+            name: of the sheet.
+            frames: how many pictures.
+            pause: seconds between them, at least.
+
+        Returns:
+            When each was taken, in seconds from now.
+        """
+        begun, times, shots = time.monotonic(), list[float](), list[Path]()
         for number in range(frames):
             time.sleep(max(0.0, begun + number * pause - time.monotonic()))
-            shot = self.scratch / f"film_{number}.ppm"
-            shots += ["-label", f"{time.monotonic() - begun:.2f} s", shot]
-            shell("import", "-window", "root", "-resize", "33%", shot)
-        path = self.pictures / f"{name}.png"
-        shell("montage", *shots, "-tile", "3x", "-geometry", "+2+2", path)
-        return path
+            times.append(time.monotonic() - begun)
+            shots.append(self.scratch / f"film_{number}.ppm")
+            shell("import", "-window", "root", "-resize", "33%", shots[-1])
+        shell("montage", "+label", *shots, "-tile", "4x", "-geometry", "+2+2", self.pictures / f"{name}.png")
+        return times
 
 
 def difference(one: Path, other: Path) -> float:
