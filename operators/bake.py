@@ -3,6 +3,7 @@
 
 import time
 from dataclasses import replace
+from math import inf
 from typing import TYPE_CHECKING, Any
 
 import bpy
@@ -30,6 +31,7 @@ from ..prt_addon.worker.job import Job, bake_job, running_job
 from .job import JobOperator, redraw_views
 
 _MOMENT = 0.01  # seconds for each turn of writing a preview, between which the window redraws
+_LIVE = 0.05  # seconds between two turns, beyond which redrawing it more often would but hold the picture up
 
 
 class WholeBakeOperator(JobOperator, BakeProperties, LightProperties):
@@ -94,10 +96,10 @@ class WholeBakeOperator(JobOperator, BakeProperties, LightProperties):
         self._looked = time.monotonic()
 
     def _show_more(self, context: bpy.types.Context, preview: Preview) -> None:
-        """Write a preview for a moment; for longer where the window itself takes long between two looks, which each delays it."""
+        """Write a preview for a moment; all of it at once where the window is slow by itself."""
         assert self._job
-        moment = max(_MOMENT, 0.5 * (time.monotonic() - self._looked))
-        if self._bake.show(context, preview, moment):
+        is_live = time.monotonic() - self._looked < _LIVE
+        if self._bake.show(context, preview, _MOMENT if is_live else inf):
             self._is_shown = True
             self._job.shows = f"preview, {preview.text}"
             redraw_views(context)

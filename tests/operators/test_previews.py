@@ -211,20 +211,20 @@ def test_an_earlier_bake_shows_more_than_light_without_shadows(blender, part, st
     desk.event()
     assert np.array_equal(part("layers").read(plain.data), layers) and not shown
     desk.until_shown()
-    assert shown == [16]
+    assert shown and 0 not in shown
 
 
 def test_a_preview_is_written_a_piece_at_a_time(blender, part, stage, modal):
-    """The window redraws between them; on a slow one a piece is as long as half of what the window takes."""
+    """The window redraws between them; one that is slow by itself gets all of them at once."""
     stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
     objects = [stage.object_of(f"Ball {k}", stage.icosphere(2), stage.diffuse(f"Clay {k}")) for k in range(12)]
     blender.context.view_layer.update()
 
-    def turns(slowness):
+    def turns(pause):
         desk, baked = modal(LONG), [0]
         desk.event()
         while not desk._is_shown:
-            desk._looked -= slowness
+            desk._looked = time.monotonic() - pause
             desk.event()
             baked.append(sum(part("layers").is_baked(ob.data) for ob in objects))
         desk.event("ESC", "PRESS")
@@ -232,7 +232,7 @@ def test_a_preview_is_written_a_piece_at_a_time(blender, part, stage, modal):
         assert baked == sorted(baked) and baked[-1] == len(objects)
         return len(baked)
 
-    assert turns(1e4) == 2 < 4 < turns(0.0)
+    assert turns(0.1) == 2 < 4 < turns(0.02)
 
 
 def test_a_preview_can_be_kept(blender, part, stage, modal):

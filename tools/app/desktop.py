@@ -258,7 +258,7 @@ class Window:
         shell("import", "-window", "root", path)
         return path
 
-    def film(self, name: str, frames: int = 12, pause: float = 0.25) -> list[float]:
+    def film(self, name: str, frames: int = 16, pause: float = 0.5) -> list[float]:
         """Keep what is on the screen from now on: a sheet of small pictures, row by row.
 
         Args:
