@@ -232,7 +232,7 @@ def test_a_preview_is_written_a_piece_at_a_time(blender, part, stage, modal):
         assert baked == sorted(baked) and baked[-1] == len(objects)
         return len(baked)
 
-    assert turns(0.1) == 2 < 4 < turns(0.02)
+    assert turns(1.0) == 2 < 4 < turns(-1.0)  # however long this process takes itself
 
 
 def test_a_preview_can_be_kept(blender, part, stage, modal):

@@ -185,7 +185,9 @@ class WholeBake:
 
     def _shading_pieces(self, before: Before) -> Iterator[None]:
         """Relight the materials that are not yet."""
-        for uid, two_sided in shading.to_relight([ob for ob, _ in self._objects()], anew=False):
+        objects = [ob for ob, _ in self._objects()]
+        wanted = [(one.session_uid, two_sided) for one, two_sided in shading.to_relight(objects, anew=False)]
+        for uid, two_sided in wanted:
             if material := by_uid(bpy.data.materials, uid):
                 shading.relight(material, two_sided)
                 before.note_relit(material)

@@ -15,7 +15,6 @@ import bpy
 from ...core.errors import MeshError
 from ...core.notices import Kind, Notice
 from ..blender.libraries import check_local, is_local
-from ..blender.modes import by_uid
 from ..blender.nodes import HAD_NO_NODES, feeding_socket, nodes_are_on, turn_nodes
 from ..light.lamps import follow_receivers
 from ..material.colour_nodes import add_part, remove_parts
@@ -133,28 +132,24 @@ def add_shading(objects: Iterable[bpy.types.Object], anew: bool = True) -> list[
         A notice on each material that is not relit, or not as it looks.
     """
     notices = []
-    for uid, two_sided in to_relight(objects, anew):
-        notices += relight(by_uid(bpy.data.materials, uid), two_sided)
+    for material, two_sided in to_relight(objects, anew):
+        notices += relight(material, two_sided)
     follow_receivers()
     return notices
 
 
-def to_relight(objects: Iterable[bpy.types.Object], anew: bool) -> list[tuple[int, bool]]:
+def to_relight(objects: Iterable[bpy.types.Object], anew: bool) -> list[tuple[bpy.types.Material, bool]]:
     """The materials that `add_shading` relights, for `relight`, after it has filled empty slots.
 
     Returns:
-        Their identifiers in this session, each with whether meshes that show it have backs with transport of their own.
+        Them, each with whether meshes that show it have backs with transport of their own.
     """
     objects = list(objects)
     for ob in objects:
         if is_local(ob.data) and is_local(ob):
             _fill_empty_slots(ob)
     two_sided = _two_sided()
-    return [
-        (material.session_uid, material in two_sided)
-        for material in materials_of(objects)
-        if anew or not is_relit(material)
-    ]
+    return [(material, material in two_sided) for material in materials_of(objects) if anew or not is_relit(material)]
 
 
 def relight(material: bpy.types.Material, two_sided: bool) -> list[Notice]:
