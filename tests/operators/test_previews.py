@@ -45,11 +45,16 @@ def furnish(stage, mapping=False):
 
 
 @pytest.fixture
-def modal(blender, part):
-    """Makes what the button starts, driven event by event: without a window Blender sends none. Only reports go elsewhere."""
+def operators(blender) -> Any:
+    """The module of operators that bake."""
     import headless
 
-    operators: Any = importlib.import_module(f"{headless.PACKAGE}.operators.bake")
+    return importlib.import_module(f"{headless.PACKAGE}.operators.bake")
+
+
+@pytest.fixture
+def modal(blender, part, operators: Any):
+    """Makes what the button starts, driven event by event: without a window Blender sends none. Only reports go elsewhere."""
 
     class Desk(operators.WholeBakeOperator):
         properties = SimpleNamespace(is_property_set=lambda _name: False)
@@ -214,25 +219,45 @@ def test_an_earlier_bake_shows_more_than_light_without_shadows(blender, part, st
     assert shown and 0 not in shown
 
 
-def test_a_preview_is_written_a_piece_at_a_time(blender, part, stage, modal):
-    """The window redraws between them; one that is slow by itself gets all of them at once."""
+def test_a_preview_is_written_a_piece_at_a_time(blender, part, stage, operators, modal, monkeypatch):
+    """The window redraws between them, however long they take; one that is slow by itself gets all of them at once."""
     stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
     objects = [stage.object_of(f"Ball {k}", stage.icosphere(2), stage.diffuse(f"Clay {k}")) for k in range(12)]
     blender.context.view_layer.update()
+    whole, is_baked, is_relit = part("whole_bake"), part("layers").is_baked, part("shading").is_relit
+    pieces_of = whole.WholeBake._pieces_of
+    now = 0.0  # the time that passes: machines differ in how much of this is done in one moment of theirs
+    for module in (operators, whole):
+        monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=lambda: now))
 
-    def turns(pause):
-        desk, baked = modal(LONG), [0]
+    def written(redraw, piece):
+        """How many objects and materials are after each turn, where redraws and pieces take so many seconds."""
+
+        def taking_time(*arguments):
+            nonlocal now
+            for _ in pieces_of(*arguments):
+                now += piece
+                yield
+
+        nonlocal now
+        desk, counts = modal(LONG), []
         desk.event()
-        while not desk._is_shown:
-            desk._looked = time.monotonic() - pause
-            desk.event()
-            baked.append(sum(part("layers").is_baked(ob.data) for ob in objects))
+        with monkeypatch.context() as patch:
+            patch.setattr(whole.WholeBake, "_pieces_of", taking_time)
+            patch.setattr(desk._job, "step", lambda: None)  # what the engine shows meanwhile would be begun anew
+            while not desk._is_shown:
+                now += redraw
+                assert desk.event() == {"RUNNING_MODAL"}, desk.reports
+                counts.append(sum(is_baked(ob.data) + is_relit(ob.active_material) for ob in objects))
         desk.event("ESC", "PRESS")
-        desk.until_it_ends()
-        assert baked == sorted(baked) and baked[-1] == len(objects)
-        return len(baked)
+        assert desk.until_it_ends() == {"CANCELLED"}
+        return counts
 
-    assert turns(1.0) == 2 < 4 < turns(-1.0)  # however long this process takes itself
+    moment, quick, slow = operators._MOMENT, 0.5 * operators._LIVE, 2.0 * operators._LIVE
+    one_by_one = [*range(25), 24]  # the first piece notes what was there, and after the last there is none
+    assert written(quick, 100.0 * moment) == one_by_one
+    assert written(quick, 0.4 * moment) == [*one_by_one[2:24:3], 24]
+    assert written(slow, 0.4 * moment) == [24]
 
 
 def test_a_preview_can_be_kept(blender, part, stage, modal):
