@@ -37,7 +37,7 @@ def test_the_part_of_lamps_goes_with_it(scene, part, ball, exported, tmp_path):
     np.testing.assert_allclose(extras["light"], whole, rtol=1e-6)
 
 
-def test_what_lamps_of_the_sky_show_is_told_apart(blender, part, scene, stage, exported, tmp_path):
+def test_lamps_of_the_sky_are_not_exported_as_lights(blender, part, scene, stage, exported, tmp_path):
     """The light is whole, and says what they show; so they are not exported as lights, as the user's own lamp is."""
     stage.environment(stage.picture("Sunny", stage.sunny_sky()), 0.5)
     stage.object_of("Ball", stage.icosphere(2, 0.6), None, (0.0, 0.0, 1.2))
