@@ -7,7 +7,8 @@ import bpy
 
 from ..prt_addon.scene.bake import choose
 from ..prt_addon.scene.blender.libraries import is_local
-from ..prt_addon.scene.shading import energy_group, shading
+from ..prt_addon.scene.shading import energy_group
+from ..prt_addon.scene.shading.shown_materials import materials_of
 from .job import WhenIdle
 from .reporting import reports_errors
 
@@ -48,7 +49,7 @@ class PRT_OT_remove_energy_compensation(WhenIdle, bpy.types.Operator):
 
 def _own_materials(context: bpy.types.Context) -> list[bpy.types.Material]:
     """Of the selected meshes, or of all that render if none is selected."""
-    return [material for material in shading.materials_of(choose.objects_to_bake(context)) if is_local(material)]
+    return [material for material in materials_of(choose.objects_to_bake(context)) if is_local(material)]
 
 
 CLASSES = (PRT_OT_add_energy_compensation, PRT_OT_remove_energy_compensation)

@@ -32,9 +32,9 @@ from .scene.material.reading import PART
 from .scene.mesh.carrier import put_away, transport_mesh
 from .scene.mesh.layers import is_baked
 from .scene.settings import light_settings
+from .scene.shading.follow_surface import follow_group, follow_surface
 from .scene.shading.helper_groups import renew_lamps_group
 from .scene.shading.probe import is_probe
-from .scene.shading.shading import follow_group, follow_surface
 from .scene.shading.surface_nodes import lamps_shine
 from .scene.sky.projection import project
 from .scene.sky.sky import lighting_world, objects_seen, read_world

@@ -96,7 +96,7 @@ def test_appended_object_is_as_good_as_ones_own(blender, part, stage, library):
     assert blender.ops.prt.bake(mode="UNSHADOWED") == {"FINISHED"}
     assert blender.ops.prt.remove() == {"FINISHED"}
     assert "prt_bake" not in ob.data and not ob.data.color_attributes
-    assert not any(part("shading").our_nodes(ob.data.materials[0].node_tree))
+    assert not any(part("our_nodes").our_nodes(ob.data.materials[0].node_tree))
 
 
 def test_keyframed_base_colour_is_followed_in_a_linked_material(blender, ball, tmp_path):

@@ -141,8 +141,8 @@ def _make_matte(headless: Any, bpy: Any, material: Any) -> None:
     if material.node_tree is None or not material.is_editable:
         return
     reading = sys.modules[parts + "reading"].read_material(material, "CYCLES")
-    shading = sys.modules[f"{headless.PACKAGE}.prt_addon.scene.shading.shading"]
-    shading.remove_from_material(material)
+    relit = sys.modules[f"{headless.PACKAGE}.prt_addon.scene.shading.relight_material"]
+    relit.remove_from_material(material)
     tree = material.node_tree
     shader, output = tree.nodes.new("ShaderNodeBsdfDiffuse"), tree.nodes.new("ShaderNodeOutputMaterial")
     if reading.colour is not None:

@@ -52,6 +52,7 @@ class Workers:
         with ThreadPoolExecutor(threads, thread_name_prefix="prt-bake") as pool:
 
             def submit_next() -> None:
+                """Give the pool one more chunk, if one is left."""
                 for start in starts:
                     pending.append(pool.submit(work, slice(start, min(start + chunk, count))))
                     return
@@ -80,9 +81,11 @@ class _Uncounted(Monitor):
         self._monitor = monitor
 
     def advance(self, _work: Work) -> None:
+        """Pass a wish to stop on; the work is not counted."""
         self._monitor.check_cancelled()
 
     def check_cancelled(self) -> None:
+        """Pass a wish to stop on."""
         self._monitor.check_cancelled()
 
 

@@ -48,7 +48,7 @@ class ReadPage:
         return parts[..., :3] + parts[..., 3:].sum(axis=-1, keepdims=True)
 
     def parts(self, primitive):
-        """(N, 9, 3) transport, or, where the direct part is told apart, (N, 9, 4) bounces and that."""
+        """(N, 9, 3) transport, or, where the direct part is kept separately, (N, 9, 4) bounces and that."""
         packed = primitive["extras"]["prt_relight"]
         channels = 4 if packed["direct"] else 3
         rows = self._rows(packed["view"], primitive, 9 * channels)

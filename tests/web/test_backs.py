@@ -73,13 +73,6 @@ def page(blender, leaves, tmp_path):
     return path
 
 
-def rendered(stage, scene, path):
-    """EEVEE's frame, of as many samples as soft shadows take."""
-    eevee(stage, scene, path)
-    scene.eevee.taa_render_samples = 12
-    return stage.render(path)
-
-
 def primitives_of(read):
     return [primitive for mesh in read.document["meshes"] for primitive in mesh["primitives"]]
 
@@ -87,7 +80,7 @@ def primitives_of(read):
 def test_backs_are_eevees(blender, stage, leaves, page, browser, tmp_path):
     """Within 3 %, and nearly so in the movements of slow machines; the light of the fronts is not."""
     shown, moving = (pixels.reshape(HEIGHT, WIDTH, 4) for pixels in browser.open(page, [FRAME, COARSE], WIDTH, HEIGHT))
-    wanted = rendered(stage, leaves, tmp_path / "eevee.exr")
+    wanted = eevee(stage, leaves, tmp_path / "eevee.exr", samples=12)
     for name in ("First", "Second", "Third"):
         blender.data.objects[name].prt.sides = "FRONTS"
     fronts = tmp_path / "fronts.html"
@@ -111,7 +104,7 @@ def test_a_turn_of_the_sky_lights_both_sides(blender, stage, leaves, page, brows
     matrix = np.array([list(leaves.world[f"prt_turn_{axis}"])[:3] for axis in "xyz"]).T @ axis_angle((0, 0, 1), 2.0).T
     mapping.inputs["Rotation"].default_value = Matrix(matrix).to_euler("XYZ")
     blender.context.view_layer.update()
-    wanted = rendered(stage, leaves, tmp_path / "turned.exr")
+    wanted = eevee(stage, leaves, tmp_path / "turned.exr", samples=12)
     first, _, shown = browser.open(page, [FRAME, "prt.turn = 2.0", FRAME], WIDTH, HEIGHT)
     first, shown = (pixels.reshape(HEIGHT, WIDTH, 4) for pixels in (first, shown))
     seen = (wanted[..., 3] > 0.999) & (shown[..., 3] > 0.999)

@@ -38,20 +38,13 @@ def page(blender, sunny, tmp_path):
     return path
 
 
-def rendered(stage, scene, path, samples=12):
-    """EEVEE's frame, of as many samples as soft shadows take; those of cut-outs and veils take more."""
-    eevee(stage, scene, path)
-    scene.eevee.taa_render_samples = samples
-    return stage.render(path)
-
-
 def test_pixels_are_eevees(blender, part, stage, sunny, page, browser, tmp_path):
     """With shadows where EEVEE casts them, before a turn of the sky and after; nearly so in the movements of slow machines."""
     coarse = FRAME.replace(")", ", true)")
     steps = [FRAME, coarse, "prt.shading = 'unshadowed'", FRAME, "prt.shading = 'baked'", "prt.turn = 1.0", FRAME]
     answers = browser.open(page, steps, WIDTH, HEIGHT)
     first, moving, plain, turned = (answers[k].reshape(HEIGHT, WIDTH, 4) for k in (0, 1, 3, 6))
-    wanted = rendered(stage, sunny, tmp_path / "eevee.exr")
+    wanted = eevee(stage, sunny, tmp_path / "eevee.exr", samples=12)
     seen = (wanted[..., 3] > 0.999) & (first[..., 3] > 0.999)
     assert seen.mean() > 0.3 and relative_rms(first[seen], wanted[seen]) < 0.03
     assert relative_rms(moving[seen], wanted[seen]) < 0.05 and relative_rms(plain[seen], wanted[seen]) > 0.1
@@ -60,7 +53,7 @@ def test_pixels_are_eevees(blender, part, stage, sunny, page, browser, tmp_path)
     matrix = part("light").read_turn(sunny.world) @ axis_angle((0, 0, 1), 1.0).T
     sunny.world.node_tree.nodes["Mapping"].inputs["Rotation"].default_value = Matrix(matrix).to_euler("XYZ")
     blender.context.view_layer.update()
-    other = rendered(stage, sunny, tmp_path / "turned.exr")
+    other = eevee(stage, sunny, tmp_path / "turned.exr", samples=12)
     assert relative_rms(turned[seen], other[seen]) < 0.03 and relative_rms(other[seen], wanted[seen]) > 0.1
 
 
@@ -184,7 +177,7 @@ def test_what_is_cut_out_shadows_as_in_eevee_and_veils_by_their_alpha(blender, s
     answers = browser.open(path, [FRAME, dimmed, FRAME], WIDTH, HEIGHT)
     shown, without = (answers[k].reshape(HEIGHT, WIDTH, 4) for k in (0, 2))
     assert (shown[..., 3] > 0.999).all()
-    wanted, cut = rendered(stage, scene, tmp_path / "eevee.exr", 32), np.s_[:, : WIDTH // 3]
+    wanted, cut = eevee(stage, scene, tmp_path / "eevee.exr", samples=32), np.s_[:, : WIDTH // 3]
     assert relative_rms(shown[cut].reshape(-1, 4), wanted[cut].reshape(-1, 4)) < 0.03
     sun = shown[..., 1] - without[..., 1]
     taken = [np.sum(1.0 - third / sun.max()) for third in np.array_split(sun, 3, axis=1)]
@@ -203,7 +196,7 @@ def test_normal_maps_bend_the_light_of_suns(blender, scene, stage, browser, tmp_
     path = tmp_path / "page.html"
     blender.ops.prt.export_web_page(filepath=str(path), still=False)
     shown = browser.open(path, [FRAME], WIDTH, HEIGHT)[0].reshape(-1, 4)
-    wanted = rendered(stage, scene, tmp_path / "eevee.exr").reshape(-1, 4)
+    wanted = eevee(stage, scene, tmp_path / "eevee.exr", samples=12).reshape(-1, 4)
     seen = (wanted[:, 3] > 0.999) & (shown[:, 3] > 0.999)
     assert seen.mean() > 0.2 and wanted[seen, 0].std() > 0.1 * wanted[seen, 0].mean()
     assert relative_rms(shown[seen], wanted[seen]) < 0.03

@@ -18,10 +18,16 @@ EXTRAS = "prt_relight"
 """Key in the extras of a scene, and of a primitive whose layers are rounded."""
 
 VERSION = 2
-"""Of the schema: the first knew neither scales nor suns. Backs came without a new one: who does not know them shows fronts."""
+"""Of the schema. The first knew neither scales nor suns.
+
+Backs came without a new version: programs that do not know them show fronts.
+"""
 
 SCALES = {"scales": LAYERS, "backs": BACKS}
-"""Keys in the extras of a primitive whose layers are rounded, and the layers whose scales they hold: each set is there or not."""
+"""Keys in the extras of a primitive whose layers are rounded, and the layers whose scales each holds.
+
+A primitive has each of these sets whole, or not at all.
+"""
 
 Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 """Blender's X, Y and Z, a row each, in glTF's axes, which are Y up."""

@@ -12,12 +12,22 @@ from ..layout import BACKS, BAKED_BELOW, LAYERS, MARK, OWN_AXES_BELOW
 from .glb import Glb
 
 STEPS = 255
-"""The largest whole number: eight bits and a sign. Of what a surface shows that leaves an error of two or three thousandths."""
+"""The largest whole number: eight bits and a sign.
+
+Of what a surface shows that leaves an error of two or three thousandths.
+"""
 
 EXTRAS = "prt_relight"
-"""Key in the extras of a primitive: `view`, where its packed transport lies; `scale`, by which numbers are multiplied; `tints`, how red
-and blue are foretold; `space`, whose axes they are in; `direct`, whether the direct part is told apart, as of what is glossy, has normals that a picture bends, or is lit by suns;
-`backs`, a `view` and a `scale` again, of meshes whose backs have transport and may be seen."""
+"""Key in the extras of a primitive whose transport is packed, an object of these entries:
+
+- `view`: the buffer view that holds the packed numbers
+- `scale`: by which numbers are multiplied
+- `tints`: by how many 256ths of green red and blue are foretold
+- `space`: whose axes the transport is in, "SCENE" or "OBJECT"
+- `direct`: whether bounces and direct part are kept separately, in place of their sum; so they are where the surface
+  is glossy, has normals that a picture bends, or is lit by suns
+- `backs`: a `view` and a `scale` again, of meshes whose backs have transport and may be seen
+"""
 
 SHARES = 255
 """What stands for 1 in the colours and direct shares of backs."""
@@ -57,7 +67,7 @@ def _pack(glb: Glb, primitive: dict[str, Any], suns: bool) -> int:
     material = glb.document["materials"][primitive["material"]] if "material" in primitive else None
     direct = suns or (material is not None and (is_glossy(material) or "normalTexture" in material))
     layers[:, 0, 3] += 2.0 if own_axes else 1.0  # its marks
-    numbers, scale = rounded(told_apart(layers) if direct else layers[..., :3])
+    numbers, scale = rounded(separated(layers) if direct else layers[..., :3])
     tints = tints_of(numbers)
     primitive.setdefault("extras", {})[EXTRAS] = {
         "view": glb.add_view(to_bytes(numbers, tints)),
@@ -88,15 +98,23 @@ def is_glossy(material: dict[str, Any]) -> bool:
     return bool(surface.get("metallicFactor", 1.0) > 0.0 or (specular > 0.0 and ior != 1.0))
 
 
-def told_apart(layers: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Layers (N, 9, 4) of transport and its direct part as the bounces, coloured, and the direct part.
+def separated(layers: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Separate what bounces brought from the direct part of transport.
 
-    Rounded apart they suit suns, whose direct light pages reckon without the bake: with the sum rounded its error would be times the
-    whole sky, and once more where suns are taken out. Bounces are small, and 0 of shadowed bakes: the pair takes little more room.
+    Both are then rounded by themselves. Pages light by suns without the bake, and take them out of the light of the
+    direct part: the rounding of that part is seen under the rest of the sky alone. Were the sum rounded, its error
+    would be seen under the whole sky, and that of the direct part again under the suns. Bounces are small, and 0 in
+    shadowed bakes: separated, transport takes little more room.
+
+    Args:
+        layers: (N, 9, 4) transport, red, green and blue, and its direct part, without marks.
+
+    Returns:
+        (N, 9, 4) transport less its direct part, and the direct part as it is.
     """
-    apart = layers.copy()
-    apart[..., :3] -= layers[..., 3:]
-    return apart
+    parts = layers.copy()
+    parts[..., :3] -= layers[..., 3:]
+    return parts
 
 
 def rounded(parts: npt.NDArray[np.float64]) -> tuple[npt.NDArray[np.int32], float]:

@@ -131,6 +131,7 @@ def _truth(
     sky, bounces = light.sky(subject.axes), subject.scenery.bounces(subject.settings)
 
     def trace(samples: int, seed: int) -> tuple[Float64, Float64]:
+        """Radiance (2, n, P, 3) and transport (2, n, K, 3) of two independent traces."""
         pair = [trace_light(scene, receivers, sky, samples, 2 * seed + k, bounces, ORDERS[-1], workers) for k in (0, 1)]
         return np.stack([one.radiance for one in pair]), np.stack([one.transport for one in pair])
 

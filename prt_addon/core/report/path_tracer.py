@@ -103,6 +103,7 @@ class _Tally:
             self.transport[x] += light[first:last].T @ harmonics[first:last]
 
     def means(self, samples: int) -> tuple[Float64, Float64]:
+        """(count, P, 3) radiance and (count, K, 3) transport of each point, over so many paths."""
         radiance = self.radiance.reshape(self.count, -1, 3) / samples
         return radiance, self.transport.transpose(0, 2, 1) / samples
 
@@ -133,6 +134,7 @@ def trace_light(
     arrived = Arrived(np.empty((count, sky.count, 3)), np.empty((count, sh.coefficient_count(order), 3)))
 
     def work(part: slice) -> Work:
+        """Trace all paths of some points, by random numbers of their own, and fill their rows."""
         rng = np.random.default_rng((seed, part.start))
         tally = _Tally(order, sky, part.stop - part.start)
         rays = _trace(scene, receivers[part], tally, samples, rng, bounces)

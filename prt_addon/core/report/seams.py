@@ -31,6 +31,7 @@ def seams(found: Sequence[Findings]) -> Seams:
     """Measure the error at the seams of some objects."""
 
     def squares(one: Findings) -> Float64:
+        """(n,) estimates of the squared error at each point, 0 away from seams."""
         return np.where(one.at_seam, product(*(one.shown - one.truth)), 0.0)
 
     amounts = {one.name: float(one.weights @ squares(one)) for one in found}

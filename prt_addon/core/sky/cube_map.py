@@ -146,6 +146,7 @@ def to_equirect(faces: CubeFaces, table: Table = "OPENGL", height: int | None = 
     picture = np.empty((height, 2 * height, 3), dtype=np.float32)
 
     def fill(rows: slice) -> None:
+        """Average the samples of each texel in some rows of the picture."""
         samples = slice(rows.start * finer, rows.stop * finer)
         found = _bilinear(bordered, frames, texel_directions(height * finer, samples).reshape(-1, 3))
         picture[rows] = found.reshape(-1, finer, 2 * height, finer, 3).mean(axis=(1, 3))
@@ -185,6 +186,7 @@ def _corrected(picture: Picture, lacking: Float64, power: int) -> Picture:
     corrected, height = np.empty_like(picture), len(picture)
 
     def fill(rows: slice) -> None:
+        """Correct some rows of the picture."""
         factor = sh.basis(texel_directions(height, rows)) @ weights
         corrected[rows] = picture[rows] + scale * (picture[rows] / scale) ** power * factor
 

@@ -181,6 +181,7 @@ def _pierced(scene: RayScene, receivers: Receivers, edges: npt.NDArray[np.intege
     found = np.zeros(len(edges), dtype=np.bool_)
 
     def work(part: slice) -> None:
+        """Say of some edges whether a face lies between their ends, both lifted off the surface."""
         start, end = receivers.points[edges[part, 0]], receivers.points[edges[part, 1]]
         length = np.linalg.norm(end - start, axis=1)
         normals = receivers.normals[edges[part]]
@@ -214,6 +215,7 @@ def _probed(scene: RayScene, receivers: Receivers, seed: int, workers: Workers) 
     sky, backs = np.empty(len(receivers)), np.empty(len(receivers))
 
     def work(part: slice) -> None:
+        """Cast the probing rays of some receivers, and fill in both shares."""
         rays = pattern.rays(receivers[part])
         hits = scene.hits(rays.origins, rays.directions)
         sky[part] = (hits.triangle < 0).reshape(-1, _PROBES).mean(axis=1)

@@ -93,6 +93,7 @@ def unshadowed(normals: Float64, order: int = sh.ORDER, workers: Workers = ALL_C
     out = np.empty((len(normals), len(factors)), dtype=np.float32)
 
     def work(part: slice) -> None:
+        """Fill the rows of some normals."""
         np.multiply(sh.basis(normals[part], order), factors, out=out[part])
 
     workers.run(len(normals), _NORMALS_AT_A_TIME, work)
@@ -122,6 +123,7 @@ def shadowed(
     out = np.empty((len(receivers), sh.coefficient_count(sh.ORDER)), dtype=np.float32)
 
     def work(part: slice) -> Work:
+        """Cast the rays of some receivers, and fill their rows."""
         rays = pattern.rays(receivers[part])
         visible = scene.visible(rays.origins, rays.directions)
         if rays.above is not None:

@@ -128,6 +128,7 @@ class Gather:
         stand_ins = self.sources.corner.copy()
 
         def work(part: slice) -> None:
+            """Mark the triangles among some whose corners return light that differs by `_fine` or more."""
             a, b, c = (returned_light.take(corner, axis=0) for corner in self.sources.corner[part].T)
             highest = np.maximum(a, b)
             np.maximum(highest, c, out=highest)
@@ -141,6 +142,7 @@ class Gather:
 
     def _gather_piece(self, out: Float32, piece: _Piece, bounce: _Bounce) -> None:
         def work(part: slice) -> Work | None:
+            """Fill the rows of some receivers; what was counted before is no work again."""
             out[part] = self._gathered(piece, part, bounce)
             if piece.receivers.start >= self._counted:
                 return None
@@ -208,6 +210,7 @@ class Gather:
         chunks: dict[int, npt.NDArray[np.uint16]] = {}
 
         def work(part: slice) -> None:
+            """Look up the colours of the patterned hits of some receivers, and count these hits."""
             here = hits.starts[part.start : part.stop + 1]
             packed = hits.packed[here[0] : here[-1]]
             triangle = corners(packed) // 3

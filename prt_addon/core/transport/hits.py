@@ -77,7 +77,12 @@ class HitStore:
         return store
 
     def add(self, hits: PackedHits) -> None:
-        """Append the hits of the next receivers. Such as lie in a file already cost no memory."""
+        """Append the hits of the next receivers. Such as lie in a file already cost no memory.
+
+        Raises:
+            ValueError: if another number of rays was cast per receiver than in the pieces before.
+            NoRoom: if hits beyond the budget cannot be kept on disk.
+        """
         if hits.samples != self.samples:
             raise ValueError(f"hits of {hits.samples} rays per receiver among those of {self.samples}")
         self.pieces.append(PackedHits(hits.samples, hits.starts, self.spill.keep(hits.packed)))
@@ -97,12 +102,12 @@ class HitStore:
 
 
 def corners(packed: Packed) -> UInt32:
-    """(H,) the corner that may stand for each hit: one of its triangle's three, counted through all triangles."""
+    """(H,) uint32 the corner that may stand for each hit: one of its triangle's three, counted through all sides, 3 t + 0..2."""
     return np.asarray(packed).view("<u4")[1::2]
 
 
 def barycentrics(packed: Packed) -> tuple[UInt32, UInt32]:
-    """(H,) u and v, the shares of corners 1 and 2, in fixed point."""
+    """(H,) uint32 u and v, the shares of corners 1 and 2, in fixed point: each 0..`ONE`, as is their sum."""
     both: UInt32 = np.asarray(packed).view("<u4")[::2]
     return both >> np.uint32(16), both & np.uint32(ONE)
 
@@ -136,6 +141,7 @@ def trace(
     chunks: dict[int, Packed] = {}
 
     def work(part: slice) -> Work:
+        """Trace the rays of some receivers: fills their rows of `direct`, their hits, and how many those are."""
         rays = pattern.rays(receivers[part])
         hits = scene.hits(rays.origins, rays.directions)
         visible, side = hits.triangle < 0, hits.sides(scene.triangles, both)
@@ -193,6 +199,7 @@ def _joined(chunks: dict[int, Packed], starts: npt.NDArray[np.int64], workers: W
     firsts = list(chunks)
 
     def copy(part: slice) -> None:
+        """Copy the chunks that start at `firsts[part]` to their places."""
         for first in firsts[part]:
             chunk = chunks.pop(first)
             packed[starts[first] : starts[first] + len(chunk)] = chunk

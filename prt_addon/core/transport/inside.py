@@ -127,6 +127,7 @@ class Surroundings:
         share = np.empty(len(receivers))
 
         def work(part: slice) -> None:
+            """Cast the rays of some receivers, and fill in their shares."""
             rays = pattern.rays(receivers[part])
             hits = self.scene.hits(rays.origins, rays.directions)
             share[part] = ((hits.triangle >= 0) & ~hits.front).reshape(-1, _PROBES).mean(axis=1)

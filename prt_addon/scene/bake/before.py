@@ -14,7 +14,7 @@ import bpy
 from ...session import session
 from ..blender.modes import by_uid, object_mode
 from ..mesh import carrier, layers
-from ..shading import shading
+from ..shading import our_nodes, shading
 from .lent_light import LentLight
 
 
@@ -81,7 +81,7 @@ class Before:
             self.light.take_back()
         materials = [material for material in bpy.data.materials if material.session_uid in self._newly_relit]
         shading.restore(
-            filter(shading.is_relit, materials), [objects[held.uid] for held in self._held if held.uid in objects]
+            filter(our_nodes.is_relit, materials), [objects[held.uid] for held in self._held if held.uid in objects]
         )
         return lost
 

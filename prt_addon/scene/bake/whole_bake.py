@@ -28,6 +28,7 @@ from ..light.lamps import follow_receivers
 from ..mesh import carrier, layers
 from ..mesh.meshes import positions
 from ..shading import shading
+from ..shading.relight_material import relight
 from ..sky import sky
 from ..sky.identity import sky_identity
 from ..sky.projection import LightSettings, Projection, project
@@ -189,7 +190,7 @@ class WholeBake:
         wanted = [(one.session_uid, two_sided) for one, two_sided in shading.to_relight(objects, anew=False)]
         for uid, two_sided in wanted:
             if material := by_uid(bpy.data.materials, uid):
-                shading.relight(material, two_sided)
+                relight(material, two_sided)
                 before.note_relit(material)
             yield
         follow_receivers()

@@ -30,7 +30,7 @@ from ..mesh.carrier import carrier_of, transport_mesh
 from ..mesh.layers import is_baked
 from ..mesh.meshes import own_axes
 from ..mesh.record import FORMAT_VERSION
-from ..shading.shading import own_surfaces_active
+from ..shading.own_surfaces import own_surfaces_active
 from .gltf_meshes import Writer, drop_colours, has_layers, in_own_axes
 from .gltf_nodes import placed
 

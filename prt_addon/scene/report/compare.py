@@ -23,7 +23,7 @@ from ...core.errors import RenderError
 from ...core.files import written
 from ...core.report.picture import PictureDifference, compared, flip, picture_difference
 from ..blender.images import float_image
-from ..shading.shading import our_nodes
+from ..shading.our_nodes import our_nodes
 
 DIFFERENCE = "PRT Difference"
 """Name of Blender's image: |EEVEE - Cycles| in linear light, alpha 1 where they were compared."""

@@ -45,14 +45,14 @@ def test_what_is_in_proportion_to_green_takes_no_room():
     assert packing.tints_of(np.zeros((3, 9, 3), dtype=np.int32)) == [256, 256]
 
 
-def test_parts_that_are_told_apart_add_up():
+def test_bounces_and_direct_part_add_up():
     """Bounces and the direct part, whose marks are taken off beforehand; grey ones without bounces take no room for colours."""
     layers = np.random.default_rng(3).normal(size=(500, 9, 4))
-    apart = packing.told_apart(layers)
-    np.testing.assert_array_equal(apart[..., 3], layers[..., 3])
-    np.testing.assert_allclose(apart[..., :3] + apart[..., 3:], layers[..., :3])
+    separated = packing.separated(layers)
+    np.testing.assert_array_equal(separated[..., 3], layers[..., 3])
+    np.testing.assert_allclose(separated[..., :3] + separated[..., 3:], layers[..., :3])
     layers[..., :3] = layers[..., 3:]
-    sizes = [len(gzip.compress(packed_whole(parts))) for parts in (packing.told_apart(layers), layers[..., :3])]
+    sizes = [len(gzip.compress(packed_whole(parts))) for parts in (packing.separated(layers), layers[..., :3])]
     assert sizes[0] < 1.02 * sizes[1]
 
 

@@ -73,9 +73,9 @@ def test_materials_that_nodes_set(blender, part, scene, stage):
     plan = part("read").read_bake(blender.context, [ob], part("problem").BakeSettings("INTERREFLECTED"))
     np.testing.assert_allclose(plan.scene.occluders.albedo.constant, [[0.9, 0.0, 0.0]] * 12, rtol=1e-6)
     assert blender.ops.prt.bake(samples=16) == {"FINISHED"}
-    assert list(part("shading").our_nodes(red.node_tree))
+    assert list(part("our_nodes").our_nodes(red.node_tree))
     blender.ops.prt.remove()
-    assert not list(part("shading").our_nodes(red.node_tree))
+    assert not list(part("our_nodes").our_nodes(red.node_tree))
 
 
 def test_instances_are_named(blender, part, floor, stage):

@@ -109,7 +109,7 @@ def test_fog_is_no_surface(blender, part, scene, floor, stage):
     fog.select_set(True)
     floor.select_set(True)
     blender.ops.prt.bake(mode="SHADOWED", samples=16)
-    assert not list(part("shading").our_nodes(material.node_tree))
+    assert not list(part("our_nodes").our_nodes(material.node_tree))
 
 
 def test_outlines_do_not_blacken_what_they_enclose(blender, part, floor, stage):

@@ -227,7 +227,7 @@ def test_what_reflects_nothing_is_left_alone(blender, part, scene, stage):
     glow, notice = part("shading").add_shading([ob])
     assert "'Made' emits light" in glow.sentence
     assert "'Made' reflects no light" in notice.sentence
-    assert not list(part("shading").our_nodes(ob.data.materials[0].node_tree))
+    assert not list(part("our_nodes").our_nodes(ob.data.materials[0].node_tree))
 
 
 def loop(tree, entry, count=2):

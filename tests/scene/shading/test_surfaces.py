@@ -143,7 +143,7 @@ def test_shaders_in_groups_show_alike(blender, part, over_a_floor, stage, tmp_pa
     ball = over_a_floor(principled(blender, Metallic=1.0, Roughness=0.6))
     assert blender.ops.prt.bake(mode="SHADOWED", samples=64) == {"FINISHED"}
     plain = stage.render(tmp_path / "plain.exr")
-    part("shading").remove_from_material(ball.data.materials[0])
+    part("relight_material").remove_from_material(ball.data.materials[0])
     ball.data.materials[0] = grouped(blender)
     part("shading").add_shading([ball])
     np.testing.assert_allclose(stage.render(tmp_path / "grouped.exr"), plain, atol=2e-2)
@@ -170,49 +170,6 @@ def grouped(blender):
     group.inputs["How Rough"].default_value = 0.6
     material.node_tree.links.new(group.outputs[0], nodes["Material Output"].inputs["Surface"])
     return material
-
-
-def test_settings_of_shaders_are_followed(blender, part, scene, stage):
-    """Numbers and choices of a Principled BSDF; what is linked anew is rebuilt."""
-    material = principled(blender)
-    ob = stage.object_of("Cube", stage.cube(), material)
-    part("shading").add_shading([ob])
-    tree = material.node_tree
-    own = tree.nodes["Principled BSDF"]
-
-    def copies():
-        return [node for node in tree.nodes if node.get("prt_copy_of") == own.name]
-
-    own.inputs["Roughness"].default_value, own.inputs["Alpha"].default_value = 0.125, 0.75
-    own.distribution = "GGX"
-    blender.context.view_layer.update()
-    assert len(copies()) == 2
-    for copy in copies():
-        assert copy.inputs["Roughness"].default_value == 0.125 and copy.inputs["Alpha"].default_value == 0.75
-    assert [copy.distribution for copy in copies() if copy.bl_idname == own.bl_idname] == ["GGX"]
-    value = tree.nodes.new("ShaderNodeValue")
-    tree.links.new(value.outputs[0], own.inputs["Metallic"])
-    blender.context.view_layer.update()
-    assert all(copy.inputs["Metallic"].links[0].from_node == value for copy in copies())
-
-
-def test_the_first_lamp_is_followed(blender, part, scene, stage):
-    """Where there are no lamps, their light takes no node, and EEVEE no time."""
-    material = principled(blender)
-    ob = stage.object_of("Cube", stage.cube(), material)
-    part("shading").add_shading([ob])
-
-    def asks_for_lamps():
-        groups = [node.node_tree for node in material.node_tree.nodes if node.bl_idname == "ShaderNodeGroup"]
-        return any(tree.get("prt_part") == "PRT Lamps" for tree in groups)
-
-    assert not asks_for_lamps()
-    light = lamp(blender, "POINT", 10.0)
-    blender.context.view_layer.update()
-    assert asks_for_lamps()
-    blender.data.objects.remove(light)
-    blender.context.view_layer.update()
-    assert not asks_for_lamps()
 
 
 def test_no_light_of_the_sky_leaks_into_a_closed_room(blender, stage, scene, tmp_path):

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Relights what the user's own surface of a material is, whenever that has changed."""
+
+from __future__ import annotations
+
+import bpy
+
+from ..blender.libraries import is_local
+from ..blender.nodes import feeding_socket
+from ..material.colour_nodes import add_part, remove_parts
+from ..material.reading import PART, Constant, read_material
+from .our_nodes import our_nodes, our_output
+from .relight_group import is_newer
+from .surface_nodes import build_surface, follow_numbers, sockets_of, structure, write
+from .viewport_colour import VIEWPORT, follow_viewport_colour
+
+_SURFACE = "prt_surface"
+"""Custom property of our group node: the structure of the surface that is relit, or that it is matte."""
+_MATTE = "matte"
+
+
+def follow_surface(material: bpy.types.Material, anew: bool = False) -> None:
+    """Relight what the user's own surface now is, if that has changed.
+
+    Textures and nodes are linked and need no following; a plain number cannot be linked, and a driver from a material
+    to itself would be a dependency cycle.
+
+    Args:
+        material: that may be relit.
+        anew: also if it looks the same from here: a group of it was edited.
+    """
+    groups = (
+        node for node in our_nodes(material.node_tree) if node.bl_idname == "ShaderNodeGroup" and PART not in node
+    )
+    group = next((node for node in groups if not is_newer(node.node_tree)), None)
+    if group:
+        follow_viewport_colour(material)
+        relight_surface(material, group, anew)
+
+
+def follow_group(tree: bpy.types.NodeTree) -> None:
+    """A node group was edited: materials that show what lies inside of it, through a copy, get another."""
+    copies = {copy for copy in bpy.data.node_groups if copy.get(PART) == tree.name}
+    for material in bpy.data.materials if copies else ():
+        if any(getattr(node, "node_tree", None) in copies for node in our_nodes(material.node_tree)):
+            follow_surface(material, anew=True)
+
+
+def relight_surface(material: bpy.types.Material, group: bpy.types.Node, anew: bool = False) -> None:
+    """Have the group relight what the user's own surface now is.
+
+    Args:
+        material: that has our nodes.
+        group: the node among them that holds the relight group.
+        anew: also if the surface is built as the one that is relit.
+    """
+    tree, reading = material.node_tree, read_material(material, "EEVEE")
+    whole = reading.output is not None and not reading.why_not
+    wanted = structure(reading.output) if whole else _MATTE
+    if is_local(material) and (group.get(_SURFACE) != wanted or anew):
+        group[_SURFACE] = wanted
+        remove_parts(tree, but=VIEWPORT)
+        surface = _relit_where_baked(reading.output, group) if whole else group.outputs["Surface"]
+        tree.links.new(surface, our_output(tree).inputs["Surface"])
+        _lay_out(tree, group)
+    if not whole and isinstance(reading.colour, Constant):
+        write(group.inputs["Base Color"], "default_value", (*reading.colour.rgb, 1.0))
+    follow_numbers(tree)
+
+
+def _relit_where_baked(output: bpy.types.Node, group: bpy.types.Node) -> bpy.types.NodeSocket:
+    """The user's surface, relit where there is transport."""
+    tree = output.id_data
+    mix = add_part(tree, "ShaderNodeMixShader")
+    users, relit = feeding_socket(output.inputs["Surface"]), build_surface(output, sockets_of(group))
+    for entry, source in zip(mix.inputs, (group.outputs["Baked"], users, relit), strict=True):
+        if source:
+            tree.links.new(source, entry)
+    return mix.outputs[0]
+
+
+def _lay_out(tree: bpy.types.NodeTree, group: bpy.types.Node) -> None:
+    """Parts in a staircase below the group, folded."""
+    for row, node in enumerate(node for node in tree.nodes if PART in node and VIEWPORT not in node):
+        node.location = (group.location.x + 30.0 * row, group.location.y - 220.0 - 40.0 * row)
