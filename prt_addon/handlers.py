@@ -19,14 +19,17 @@ from . import glances
 from .core.errors import PRTError
 from .scene.blender.libraries import is_local
 from .scene.light.drivers import drivers_work
+from .scene.light.lamps import follow_scenes
 from .scene.light.light import (
     has_light,
     is_keyframed,
     is_projected,
+    lamps_are_lost,
     light_settings_of,
     mend_drivers,
     write_light,
 )
+from .scene.light.receivers import follow_receivers
 from .scene.light.state import light_state, note_repainted
 from .scene.material.reading import PART
 from .scene.mesh.carrier import put_away, transport_mesh
@@ -65,6 +68,9 @@ def _on_edit(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     for image in [ident for ident in changed if isinstance(ident, bpy.types.Image)] if has_light(scene.world) else ():
         note_repainted(scene.world, image)
     _follow_lamps()
+    if scene in changed:  # objects came or went, or were put elsewhere: Blender builds its graph anew
+        follow_scenes()
+        follow_receivers(depsgraph)
     if touches_sky:
         _follow_sky(scene, depsgraph)
 
@@ -97,7 +103,7 @@ def _touches_sky(scene: bpy.types.Scene, changed: set[bpy.types.ID]) -> bool:
     """
     if any(isinstance(ident, (bpy.types.World, bpy.types.Image)) for ident in changed):
         return True
-    if any(isinstance(ident, bpy.types.Scene) for ident in changed) and not has_light(scene.world):
+    if scene in changed and (not has_light(scene.world) or lamps_are_lost(scene.world)):
         return True
     objects = {ident for ident in changed if isinstance(ident, bpy.types.Object)}
     source = lighting_world(scene) if objects else None
@@ -191,8 +197,10 @@ def _on_load(_path: str) -> None:
 
 @persistent
 def _on_loaded(_path: str) -> None:
-    """Another file is open: what depends on the version of Blender is made anew."""
+    """Another file is open: what depends on the version of Blender is made anew, and lamps look after what has changed without us."""
     renew_lamps_group()
+    follow_scenes()
+    follow_receivers()
 
 
 @persistent
@@ -205,6 +213,7 @@ def _on_other_data(_scene: bpy.types.Scene | str) -> None:
 def _on_import(_context: bpy.types.BlendImportContext) -> None:
     """Objects were appended: Blender puts what they refer to into the scene, too."""
     put_away()
+    follow_scenes()
 
 
 _HANDLERS = (

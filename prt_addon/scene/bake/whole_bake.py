@@ -24,7 +24,7 @@ from ...core.transport import raycast
 from ...session import session
 from ..blender.modes import Place, by_uid, found_again, object_mode
 from ..light import light
-from ..light.lamps import follow_receivers
+from ..light.receivers import follow_receivers
 from ..mesh import carrier, layers
 from ..mesh.meshes import positions
 from ..shading import shading

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Makes lamps that light baked surfaces in EEVEE in place of spots of the sky: suns in the collection "PRT Lamps".
+"""Makes lamps that light relit surfaces in EEVEE in place of spots of the sky: suns in the collection "PRT Lamps".
 
 They hang on an Empty which the sky's nodes turn by drivers, and follow the strength of the light, without Python. Cycles sees the
-sky itself, so that their nodes emit nothing there. Unbaked surfaces get all of EEVEE's own light of the sky, so that the lamps
-are linked to baked ones. EEVEE's gloss mirrors the sky with all its spots, but clamps them: the lamps add what the clamp takes.
+sky itself, so that their nodes emit nothing there. What is not relit gets all of EEVEE's own light of the sky, so that the lamps
+are linked to what is (`receivers`). EEVEE's gloss mirrors the sky with all its spots, but clamps them: the lamps add what the clamp takes.
 """
 
 from __future__ import annotations
@@ -18,16 +18,13 @@ from mathutils import Vector
 from ...core.sky.lamps import Lamp, Lamps, tracked
 from ..blender.animation import interpolate_linearly
 from ..blender.libraries import is_local
-from ..material.reading import OURS
-from ..mesh.carrier import is_carrier, transport_mesh
-from ..mesh.layers import is_baked
 from ..sky.sky import Sky
 from .drivers import drive_energy, drive_gloss, drive_rotation
+from .receivers import follow_receivers, receivers_with, remove_unused_receivers
 
 NAME = "PRT Lamps"
 _OF = "prt_lamps_of"
 """Custom property of a collection of lamps: the world whose they are."""
-_RECEIVERS = "PRT Lamp Receivers"
 _IRRADIANCE = "prt_irradiance"
 _RADIANCE = "prt_radiance"
 """Custom properties of a lamp: the sun's at strength 1, of its colour's brightest channel."""
@@ -46,11 +43,17 @@ def place_lamps(sky: Sky, lamps: Lamps, mapping: bpy.types.Node | None) -> None:
         mapping: the node that turns the sky; None if there is none.
     """
     world = sky.holder
-    scenes = [scene for scene in bpy.data.scenes if scene.world == world and is_local(scene)]
-    _put_out_others(scenes, world)
     if not lamps.lamps:
         remove_lamps(world)
-        return
+    else:
+        _place(sky, lamps, mapping)
+    follow_scenes()
+    follow_receivers()
+
+
+def _place(sky: Sky, lamps: Lamps, mapping: bpy.types.Node | None) -> None:
+    world = sky.holder
+    scenes = [scene for scene in bpy.data.scenes if scene.world == world and is_local(scene)]
     collection = lamps_of(world) or _new_collection(world)
     empty = _empty(collection)
     drive_rotation(empty, sky, mapping)
@@ -60,30 +63,37 @@ def place_lamps(sky: Sky, lamps: Lamps, mapping: bpy.types.Node | None) -> None:
         sun = suns[number] if number < len(suns) else _new_sun(collection, empty, world)
         _set(sun, lamp, lamps.colour)
         _light_gloss(sun.data, sky, scenes)
-    for scene in scenes:
-        if collection.name not in scene.collection.children:
-            scene.collection.children.link(collection)
-    follow_receivers()
 
 
-def _put_out_others(scenes: list[bpy.types.Scene], world: bpy.types.World) -> None:
-    """Take the lamps of worlds that lit scenes before out of these."""
-    for scene in scenes:
-        for collection in list(scene.collection.children):
-            if collection.get(_OF, world) != world:
-                scene.collection.children.unlink(collection)
+def follow_scenes() -> None:
+    """Have each scene hold the lamps of its own world and of no other, wherever people have put them; remove what no world has."""
+    for collection in _ours():
+        world = collection.get(_OF)
+        if (
+            world is None or lamps_of(world) != collection
+        ):  # the world was deleted; or a scene was copied, with its lamps
+            _remove_collection(collection)
+    ours = set(_ours())
+    for scene in filter(is_local, bpy.data.scenes):
+        holders = [scene.collection, *scene.collection.children_recursive]
+        own = lamps_of(scene.world) if scene.world else None
+        for holder in filter(is_local, holders):
+            for collection in [child for child in holder.children if child in ours and child != own]:
+                holder.children.unlink(collection)
+        if own and own not in holders:
+            scene.collection.children.link(own)
 
 
 def remove_lamps(world: bpy.types.World) -> None:
     """Remove the lamps of a world."""
-    collection = lamps_of(world)
-    if collection is None:
-        return
+    if collection := lamps_of(world):
+        _remove_collection(collection)
+
+
+def _remove_collection(collection: bpy.types.Collection) -> None:
     _remove(list(collection.objects))
     bpy.data.collections.remove(collection)
-    receivers = _receivers()
-    if receivers and not receivers.users:
-        bpy.data.collections.remove(receivers)
+    remove_unused_receivers()
 
 
 def turn_lamps(sky: Sky) -> None:
@@ -94,7 +104,11 @@ def turn_lamps(sky: Sky) -> None:
 
 def lamps_of(world: bpy.types.World) -> bpy.types.Collection | None:
     """The collection of a world's lamps; None if it has none."""
-    return next((one for one in bpy.data.collections if is_local(one) and one.get(_OF) == world), None)
+    return next((one for one in _ours() if one.get(_OF) == world), None)
+
+
+def _ours() -> list[bpy.types.Collection]:
+    return [one for one in bpy.data.collections if _OF in one and is_local(one)]
 
 
 def suns_of(world: bpy.types.World) -> list[bpy.types.Object]:
@@ -145,28 +159,6 @@ def is_lamp_of_sky(ob: bpy.types.Object) -> bool:
     return ob.type == "LIGHT" and _IRRADIANCE in ob.data
 
 
-def follow_receivers() -> None:
-    """Link all lamps of skies to what shows baked light now, and to nothing else."""
-    receivers = _receivers()
-    if receivers is None:
-        return
-    wanted = {ob for ob in bpy.data.objects if ob.type == "MESH" and not is_carrier(ob) and _shows_baked_light(ob)}
-    linked = {ob for ob in receivers.objects if ob.type == "MESH"}
-    for ob in linked - wanted:
-        receivers.objects.unlink(ob)
-    for ob in wanted - linked:
-        receivers.objects.link(ob)
-
-
-def _shows_baked_light(ob: bpy.types.Object) -> bool:
-    trees = (slot.material.node_tree for slot in ob.material_slots if slot.material)
-    return is_baked(transport_mesh(ob)) and any(OURS in node for tree in trees if tree for node in tree.nodes)
-
-
-def _receivers() -> bpy.types.Collection | None:
-    return next((one for one in bpy.data.collections if _RECEIVERS in one and is_local(one)), None)
-
-
 def _new_collection(world: bpy.types.World) -> bpy.types.Collection:
     collection = bpy.data.collections.new(NAME)
     collection[_OF] = world
@@ -174,18 +166,12 @@ def _new_collection(world: bpy.types.World) -> bpy.types.Collection:
 
 
 def _empty(collection: bpy.types.Collection) -> bpy.types.Object:
-    """What turns the lamps of a collection. It is a receiver, too: linked to an empty collection, lamps would light everything."""
+    """What turns the lamps of a collection."""
     empty = next((ob for ob in collection.objects if ob.type == "EMPTY"), None)
     if empty is None:
         empty = bpy.data.objects.new(NAME, None)
         empty.empty_display_size, empty.hide_select = 0.25, True
         collection.objects.link(empty)
-    receivers = _receivers()
-    if receivers is None:
-        receivers = bpy.data.collections.new(_RECEIVERS)
-        receivers[_RECEIVERS] = True
-    if empty.name not in receivers.objects:
-        receivers.objects.link(empty)
     return empty
 
 
@@ -203,7 +189,7 @@ def _new_sun(collection: bpy.types.Collection, empty: bpy.types.Object, world: b
     drive_energy(data, f'["{_IRRADIANCE}"]', world)
     sun = bpy.data.objects.new("PRT Lamp", data)
     sun.parent, sun.hide_select, sun.rotation_mode = empty, True, "QUATERNION"
-    sun.light_linking.receiver_collection = _receivers()
+    sun.light_linking.receiver_collection = receivers_with(empty)
     collection.objects.link(sun)
     return sun
 

@@ -26,16 +26,17 @@ from ..blender.versions import refuse_newer, version_of
 from ..sky.projection import LightSettings, Projection
 from ..sky.sky import Sky
 from .drivers import DRIVEN, STRENGTH, TURN, follow, remove_drivers, write_rest
-from .lamps import place_lamps, remove_lamps, turn_lamps
+from .lamps import follow_scenes, place_lamps, remove_lamps, suns_of, turn_lamps
 
 LIGHT_VERSION = 2
 LIGHT = tuple(f"prt_light_{i}" for i in range(sh.coefficient_count(sh.ORDER)))
 _KEYFRAMED = {f'["{name}"]' for name in (*LIGHT, *TURN)}
 RECORD = "prt_light"
 FRAMES, REPAINTED, SOURCE, STAND_IN, SUN = "frames", "repainted", "source", "stand_in", "sun_threshold"
+LAMP_COUNT = "lamp_count"
 """Keys of the record: the first and last keyframe of a keyframed light; the picture whose texels have changed since; the
 world whose sky it is, if that is a view layer's and not the one that carries the light; whether a white sky stands in;
-above what EEVEE took texels of the sky for a sun."""
+above what EEVEE took texels of the sky for a sun; how many lamps show what is left out of the light."""
 
 
 @dataclass(frozen=True)
@@ -79,6 +80,7 @@ def write_light(sky: Sky, projection: Projection, insert: bool = True) -> None:
         **asdict(projection.settings),
         "factors": projection.factors.tolist(),
         "negative": list(projection.negative),
+        LAMP_COUNT: len(projection.lamps.lamps),
     }
     _keep_sun_in_sky(sky.world, world[RECORD])
     follow(sky, mapping)
@@ -131,6 +133,7 @@ _KINDS: dict[str, type | tuple[type, ...]] = {
     REPAINTED: str,
     SOURCE: str,
     SUN: (int, float),
+    LAMP_COUNT: int,
 }
 
 
@@ -276,6 +279,11 @@ def followed(world: bpy.types.World) -> Followed:
     return Followed(rotation, mapping if mapping and hasattr(mapping, "sun_rotation") else None, strength)
 
 
+def lamps_are_lost(world: bpy.types.World) -> bool:
+    """Whether lamps that a world's light counts on are not there: they were deleted, or the world is a copy of the one that has them."""
+    return len(suns_of(world)) < light_record(world).get(LAMP_COUNT, 0)
+
+
 def mend_drivers(sky: Sky) -> bool:
     """Have a light follow its sky's nodes again, where these were renamed; True if it does now. The light itself stays."""
     node = sky.mapping or sky.sun
@@ -313,6 +321,7 @@ def remove_lights() -> None:
     for world in bpy.data.worlds:
         if is_local(world) and version_of(world.get(RECORD)) <= LIGHT_VERSION:
             remove_light(world)
+    follow_scenes()  # which lets lamps go whose world was deleted
 
 
 def keyframe_light(world: bpy.types.World, frames: Sequence[int], projections: Sequence[Projection]) -> None:
@@ -331,7 +340,7 @@ def mark_keyframed(world: bpy.types.World, first: int, last: int) -> bool:
     record = world.get(RECORD)
     if record is None or FRAMES in record:
         return False
-    record[FRAMES] = [first, last]
+    record[FRAMES], record[LAMP_COUNT] = [first, last], len(suns_of(world))
     return True
 
 

@@ -19,6 +19,7 @@ from .light import (
     has_light,
     is_keyframed,
     is_projected,
+    lamps_are_lost,
     light_record,
     source_of,
     stands_in,
@@ -65,7 +66,8 @@ def light_state(world: Any) -> LightState:
         f"'{record.get(REPAINTED)}' was painted on or changed": REPAINTED in record,
         "the nodes have changed": now.graph != record["graph"],
         "another node turns it": (node.name if (node := sky.mapping or sky.sun) else "") != record["mapping"],
-        "its strength comes from elsewhere": (sky.strength.node.name if sky.strength else "") != record["strength"],
+        "lamps of it are gone": lamps_are_lost(world.original),
+        "another node sets its strength": (sky.strength.node.name if sky.strength else "") != record["strength"],
     }
     why = ", ".join(reason for reason, changed in changes.items() if changed)
     return LightState(bool(why), f"Light is stale: {why}" if why else "Light is fresh", tuple(_not_followed(sky)))

@@ -73,7 +73,7 @@ def _relit_where_baked(output: bpy.types.Node, group: bpy.types.Node) -> bpy.typ
     tree = output.id_data
     mix = add_part(tree, "ShaderNodeMixShader")
     users, relit = feeding_socket(output.inputs["Surface"]), build_surface(output, sockets_of(group))
-    for entry, source in zip(mix.inputs, (group.outputs["Baked"], users, relit), strict=True):
+    for entry, source in zip(mix.inputs, (group.outputs["Relit"], users, relit), strict=True):
         if source:
             tree.links.new(source, entry)
     return mix.outputs[0]

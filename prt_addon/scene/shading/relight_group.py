@@ -6,12 +6,17 @@ axes, by the object itself. What lamps show of the sky leaves the direct light; 
 
 Backs of faces have transport of their own where the mesh has the layers, and the material a group that reads these.
 
-It hands out what the surfaces of a material are relit with: the light on a white one (Shading), whether there is transport
-(Baked), how much of what a mirror would see there is sky (Sky Seen; all, while EEVEE traces reflections), and by how much more light
+Where there is none, a surface shows itself, save under a sky with lamps: their light adds to EEVEE's own of the sky, which holds
+these spots, too. So it is relit there by the light of the open sky without them.
+
+It hands out what the surfaces of a material are relit with: the light on a white one (Shading), whether it is relit
+(Relit), how much of what a mirror would see there is sky (Sky Seen; all, while EEVEE traces reflections), and by how much more light
 arrives where a normal is bent along an axis of the world (Detail). Base Color, Unbaked and Surface are a matte surface.
 """
 
 from __future__ import annotations
+
+from typing import Literal
 
 import bpy
 
@@ -30,26 +35,30 @@ from .relight_parts import (
     remove_unused_parts,
     sky_seen,
     turned_light,
+    unshadowed,
     without_negatives,
 )
 
 GROUP = "PRT Relight"
-GROUP_VERSION = 7
-_VERSION, _BACKS = "prt_version", "prt_backs"
+GROUP_VERSION = 8
+_VERSION, _SIDES = "prt_version", "prt_sides"
+Sides = Literal["NONE", "FRONTS", "BOTH"]
+_NAMES: dict[Sides, str] = {"NONE": f"{GROUP} Unbaked", "FRONTS": GROUP, "BOTH": f"{GROUP} Both Sides"}
 
 
-def relight_group(with_backs: bool = False) -> bpy.types.NodeTree:
+def relight_group(sides: Sides = "FRONTS") -> bpy.types.NodeTree:
     """The node group of this version, built on first use and shared by all materials.
 
     It takes the place of older ones, and of copies of itself, which appended materials bring along.
 
     Args:
-        with_backs: whether it reads the layers of backs, which take three of the attributes that EEVEE has for a material.
+        sides: whose transport it reads; that of backs takes three more of the attributes that EEVEE has for a material. One that
+            reads none has room for all of the user's own, and relights under skies with lamps alone.
     """
     local = [tree for tree in bpy.data.node_groups if is_relight_group(tree) and is_local(tree)]
-    local = [tree for tree in local if bool(tree.get(_BACKS, False)) is with_backs]
+    local = [tree for tree in local if _sides(tree) == sides]
     whole = (tree for tree in local if _version(tree) == GROUP_VERSION and _is_whole(tree))
-    current = next(whole, None) or _built(with_backs)
+    current = next(whole, None) or _built(sides)
     for tree in local:
         if tree != current and _version(tree) <= GROUP_VERSION:
             tree.user_remap(current)
@@ -60,12 +69,12 @@ def relight_group(with_backs: bool = False) -> bpy.types.NodeTree:
 
 _INPUTS = (
     ("Base Color", "Color", "Albedo of a matte surface, multiplied with the light that reaches it"),
-    ("Unbaked", "Shader", "What meshes without baked transport show"),
+    ("Unbaked", "Shader", "What meshes without baked transport show, under a sky without lamps"),
 )
 _OUTPUTS = (
     ("Surface", "Shader", "A relit matte surface"),
     ("Shading", "Color", "The light that a white surface would show"),
-    ("Baked", "Float", "1 where the mesh has transport, 0 where it has not"),
+    ("Relit", "Float", "1 where the mesh has transport, and everywhere under a sky with lamps; else 0"),
     (
         "Sky Seen",
         "Float",
@@ -120,62 +129,73 @@ def _version(tree: bpy.types.NodeTree) -> int:
     return version_of(tree, _VERSION)
 
 
-def _built(with_backs: bool) -> bpy.types.NodeTree:
-    tree = bpy.data.node_groups.new(f"{GROUP} Both Sides" if with_backs else GROUP, "ShaderNodeTree")
-    tree[_VERSION], tree[_BACKS] = GROUP_VERSION, with_backs
-    _build(tree, with_backs)
+def _sides(tree: bpy.types.NodeTree) -> str:
+    """What a group reads; before version 8 a mark said whether it reads backs."""
+    return str(tree.get(_SIDES, "BOTH" if tree.get("prt_backs") else "FRONTS"))
+
+
+def _built(sides: Sides) -> bpy.types.NodeTree:
+    tree = bpy.data.node_groups.new(_NAMES[sides], "ShaderNodeTree")
+    tree[_VERSION], tree[_SIDES] = GROUP_VERSION, sides
+    _build(tree, sides)
     return tree
 
 
-def _build(tree: bpy.types.NodeTree, with_backs: bool) -> None:
-    for sockets, side in ((_INPUTS, "INPUT"), (_OUTPUTS, "OUTPUT")):
-        for name, kind, description in sockets:
-            socket = tree.interface.new_socket(name, in_out=side, socket_type=f"NodeSocket{kind}")
-            socket.description = description
-            if side == "INPUT" and kind == "Color":
-                socket.default_value = (0.8, 0.8, 0.8, 1.0)
-
+def _build(tree: bpy.types.NodeTree, sides: Sides) -> None:
+    _add_sockets(tree)
     graph = Graph(tree)
-    group_input = graph.add("NodeGroupInput")
-    layers = [graph.attribute(name, "GEOMETRY") for name in LAYERS]
+    entries = graph.add("NodeGroupInput").outputs
+    layers = [graph.attribute(name, "GEOMETRY") for name in (LAYERS if sides != "NONE" else ())]
     light_nodes, turn_nodes = ([graph.attribute(name, "VIEW_LAYER") for name in names] for names in (LIGHT, TURN))
-    light, axes = ([node.outputs["Vector"] for node in nodes] for nodes in (light_nodes, turn_nodes))
-    strength = graph.attribute(STRENGTH, "VIEW_LAYER")
+    strength = graph.attribute(STRENGTH, "VIEW_LAYER").outputs["Fac"]
     graph.column()
-    baked, own_axes, older = _marks(graph, layers)
+    baked, own_axes, older = _marks(graph, layers) if layers else [graph.add("ShaderNodeValue").outputs[0]] * 3
     graph.column()
-    axes, object_axes = axes_of_transport(graph, axes, own_axes)
+    axes, object_axes = axes_of_transport(graph, [node.outputs["Vector"] for node in turn_nodes], own_axes)
     graph.column()
-    transport, direct = [layer.outputs["Vector"] for layer in layers], _direct(graph, layers, own_axes)
-    if with_backs:
-        transport, direct = of_this_side(graph, transport, direct)
-    turned = turned_light(graph, light, axes)
-    radiance = received(graph, transport, turned)
+    light = turned_light(graph, [node.outputs["Vector"] for node in light_nodes], axes)
     lamps = turned_light(graph, [node.outputs["Alpha"] for node in light_nodes], axes)
-    of_lamps = graph.mixed(older, received(graph, direct, lamps), received(graph, transport, lamps))
     colour = less_colour(graph, turn_nodes)
-    radiance = graph.vector("MULTIPLY_ADD", of_lamps, colour, radiance)
-    shown = graph.vector("MULTIPLY", without_negatives(graph, radiance), strength.outputs["Fac"])
+    soft = [graph.vector("MULTIPLY_ADD", colour, *pair) for pair in zip(lamps, light, strict=True)]
     graph.column()
-    mirrored = sky_seen(graph, direct, own_axes, object_axes)
+    radiance, seen = unshadowed(graph, soft), _traced(graph)
+    open_sky = graph.math("MAXIMUM", graph.math("SUBTRACT", 1.0, baked), older)  # or how open it is is not known
+    share = open_sky
+    if layers:
+        transport, direct = [layer.outputs["Vector"] for layer in layers], _direct(graph, layers, own_axes)
+        if sides == "BOTH":
+            transport, direct = of_this_side(graph, transport, direct)
+        of_lamps = graph.mixed(older, received(graph, direct, lamps), received(graph, transport, lamps))
+        reflected = graph.vector("MULTIPLY_ADD", of_lamps, colour, received(graph, transport, light))
+        radiance = graph.mixed(baked, radiance, reflected)
+        seen = graph.math("MAXIMUM", seen, sky_seen(graph, direct, own_axes, object_axes))
+        share = graph.math("MAXIMUM", graph.math("MULTIPLY", direct[0], 1.0 / Y_0), open_sky)
     graph.column()
-    share = graph.math("MAXIMUM", graph.math("MULTIPLY", direct[0], 1.0 / Y_0), older)
-    share = graph.math("MULTIPLY", share, strength.outputs["Fac"])
-    soft = [graph.vector("MULTIPLY_ADD", colour, *pair) for pair in zip(lamps[1:], turned[1:], strict=True)]
-    details = detail(graph, soft, share, own_axes, object_axes)
-
+    shown = graph.vector("MULTIPLY", without_negatives(graph, radiance), strength)
+    relit = graph.math("MAXIMUM", baked, graph.math("GREATER_THAN", graph.vector("LENGTH", colour), 0.0))
+    share = graph.math("MULTIPLY", share, strength)
+    details = detail(graph, soft[1:], share, own_axes, object_axes)
     graph.column()
     results = {
-        "Surface": _matte(graph, group_input, shown, baked),
+        "Surface": _matte(graph, entries, shown, relit),
         "Shading": shown,
-        "Baked": baked,
-        "Sky Seen": graph.math("MAXIMUM", graph.math("MAXIMUM", mirrored, older), _traced(graph)),
+        "Relit": relit,
+        "Sky Seen": graph.math("MAXIMUM", seen, open_sky),
         **dict(zip(DETAIL, details, strict=True)),
     }
     graph.column()
     group_output = graph.add("NodeGroupOutput")
     for name, socket in results.items():
         graph.feed(group_output.inputs[name], socket)
+
+
+def _add_sockets(tree: bpy.types.NodeTree) -> None:
+    for sockets, side in ((_INPUTS, "INPUT"), (_OUTPUTS, "OUTPUT")):
+        for name, kind, description in sockets:
+            socket = tree.interface.new_socket(name, in_out=side, socket_type=f"NodeSocket{kind}")
+            socket.description = description
+            if side == "INPUT" and kind == "Color":
+                socket.default_value = (0.8, 0.8, 0.8, 1.0)
 
 
 def _traced(graph: Graph) -> bpy.types.NodeSocket:
@@ -190,14 +210,14 @@ def _traced(graph: Graph) -> bpy.types.NodeSocket:
 
 
 def _matte(
-    graph: Graph, group_input: bpy.types.Node, shown: bpy.types.NodeSocket, baked: bpy.types.NodeSocket
+    graph: Graph, entries: bpy.types.NodeInputs, shown: bpy.types.NodeSocket, relit: bpy.types.NodeSocket
 ) -> bpy.types.NodeSocket:
-    """A surface that reflects the light alike in all directions; where there is no transport, the user's own."""
+    """A surface that reflects the light alike in all directions; where it is not relit, the user's own."""
     emission = graph.add("ShaderNodeEmission")
-    graph.feed(emission.inputs["Color"], graph.vector("MULTIPLY", shown, group_input.outputs["Base Color"]))
+    graph.feed(emission.inputs["Color"], graph.vector("MULTIPLY", shown, entries["Base Color"]))
     mix = graph.add("ShaderNodeMixShader")
-    graph.feed(mix.inputs[0], baked)
-    graph.feed(mix.inputs[1], group_input.outputs["Unbaked"])
+    graph.feed(mix.inputs[0], relit)
+    graph.feed(mix.inputs[1], entries["Unbaked"])
     graph.feed(mix.inputs[2], emission.outputs[0])
     return mix.outputs[0]
 

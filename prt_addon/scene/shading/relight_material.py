@@ -16,7 +16,7 @@ from ..material.colour_nodes import remove_parts
 from ..material.reading import OURS, has_surface, read_material, user_output
 from .follow_surface import relight_surface
 from .our_nodes import main_outputs, our_nodes
-from .relight_group import is_relit_by_newer, relight_group
+from .relight_group import Sides, is_relit_by_newer, relight_group
 from .slots import ROOM, ROOM_WITH_BACKS, attributes_read
 from .viewport_colour import show_viewport_colour, turn_nodes_off_again
 
@@ -43,9 +43,9 @@ _GLOWS = Kind(
 )
 _TOO_MANY_ATTRIBUTES = Kind(
     "Material {name} reads {count} attributes of the mesh (UV maps, colours, tangents). EEVEE takes 14 in all, and the "
-    "transport needs nine: it is not relit. Let it read {most} at most.",
+    "transport needs nine: it does not show the bake. Let it read {most} at most.",
     "{count} materials read more attributes of their meshes (UV maps, colours, tangents) than EEVEE takes beside the "
-    "transport's nine, and are not relit: {names}.",
+    "transport's nine, and do not show the bake: {names}.",
 )
 _NO_BACKS = Kind(
     "Material {name} reads {count} attributes of the mesh (UV maps, colours, tangents), which leaves EEVEE no room for the three of "
@@ -100,21 +100,23 @@ def _add_to_material(material: bpy.types.Material, two_sided: bool) -> list[Noti
     if reading.colour is None and not reading.why_not:
         return [*said, Notice(_LIGHTLESS, material.name)]
     count = len(attributes_read(reading.output)) if reading.output else 0
+    sides: Sides = "BOTH" if two_sided else "FRONTS"
     if count > ROOM:
-        return [Notice(_TOO_MANY_ATTRIBUTES, material.name, {"count": str(count), "most": str(ROOM)})]
-    if two_sided and count > ROOM_WITH_BACKS:
-        two_sided = False
+        sides = "NONE"
+        said.append(Notice(_TOO_MANY_ATTRIBUTES, material.name, {"count": str(count), "most": str(ROOM)}))
+    elif two_sided and count > ROOM_WITH_BACKS:
+        sides = "FRONTS"
         said.append(Notice(_NO_BACKS, material.name, {"count": str(count), "most": str(ROOM_WITH_BACKS)}))
-    _hook(material, two_sided)
+    _hook(material, sides)
     return said + ([Notice(_GREY, material.name, {"why": reading.why_not})] if reading.why_not else [])
 
 
-def _hook(material: bpy.types.Material, two_sided: bool) -> None:
+def _hook(material: bpy.types.Material, sides: Sides) -> None:
     """Add the relight group and an output for EEVEE, and feed them as the user's own output is fed."""
     plain = None if nodes_are_on(material) else show_viewport_colour(material)
     tree = material.node_tree
     output, group = user_output(tree, "EEVEE"), tree.nodes.new("ShaderNodeGroup")
-    group.node_tree, group.width = relight_group(with_backs=two_sided), 200.0
+    group.node_tree, group.width = relight_group(sides), 200.0
     group.name = group.label = "PRT Relight"
     ours = _add_output(tree)
     if plain:

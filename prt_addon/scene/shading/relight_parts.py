@@ -147,6 +147,31 @@ def received(
     return radiance
 
 
+def unshadowed(graph: Graph, light: Sequence[bpy.types.NodeSocket]) -> bpy.types.NodeSocket:
+    """What the open sky lights a white surface with: `sum A_l / pi L_lm Y_lm(n)` (Ramamoorthi & Hanrahan 2001), which may be negative.
+
+    Args:
+        graph: of the group.
+        light: nine coefficients, in the scene's axes.
+    """
+
+    def build(inside: Graph, sockets: Sockets) -> Sockets:
+        x, y, z = inside.components(inside.add("ShaderNodeNewGeometry").outputs["Normal"])
+        inside.column()
+        first = [inside.math("MULTIPLY", value, 2.0 / 3.0 * Y_1) for value in (y, z, x)]
+        second = [inside.math("MULTIPLY", value, 0.25) for value in second_band(inside, x, y, z)]
+        mean, *rest = (sockets[name] for name in _LIGHT)
+        inside.column()
+        total = inside.vector("MULTIPLY", mean, (Y_0,) * 3)
+        for coefficient, weight in zip(rest, (*first, *second), strict=True):
+            total = inside.vector("MULTIPLY_ADD", coefficient, weight, total)
+        return {"Radiance": total}
+
+    kinds = dict.fromkeys(_LIGHT, "Vector")
+    [radiance] = _made(graph, "Unshadowed", kinds, light, {"Radiance": "Vector"}, build)
+    return radiance
+
+
 def without_negatives(graph: Graph, radiance: bpy.types.NodeSocket) -> bpy.types.NodeSocket:
     """Clamp after the dot product: a band-limited light may be negative where the sum of all is not.
 

@@ -10,7 +10,7 @@ import bpy
 from ...core.errors import MeshError
 from ...core.notices import Notice
 from ..blender.libraries import check_local, is_local
-from ..light.lamps import follow_receivers
+from ..light.receivers import follow_receivers
 from ..mesh.carrier import transport_mesh
 from ..mesh.layers import has_backs, is_baked
 from .default_material import empty_made_slots, fill_empty_slots
@@ -21,20 +21,22 @@ from .shown_materials import first_users, materials_of
 
 
 def relit_materials(objects: Iterable[bpy.types.Object]) -> list[bpy.types.Material]:
-    """The materials that objects show and this version relights."""
-    return [material for material in materials_of(objects) if is_relit(material)]
+    """The materials that objects show, of instances, too, and this version relights."""
+    return [material for material in materials_of(objects, instanced=True) if is_relit(material)]
 
 
 def check_relit_materials(objects: Iterable[bpy.types.Object]) -> None:
     """Raises MeshError or VersionError for the first material that is relit, and cannot be restored."""
-    for material, ob in first_users(objects).items():
+    for material, ob in first_users(objects, instanced=True).items():
         if any(our_nodes(material.node_tree)):
             check_local(material, f"Material '{material.name}' of '{ob.name}'", "remove the shading", MeshError)
             check_version(material)
 
 
 def add_shading(objects: Iterable[bpy.types.Object], anew: bool = True) -> list[Notice]:
-    """Relight every material of the objects in EEVEE; objects or slots without a material get one.
+    """Relight every material of the objects and of their instances in EEVEE; objects or slots without a material get one.
+
+    EEVEE links lamps to instances as to what instances them: without the nodes these would show the lamps of the sky twice.
 
     Args:
         objects: whose materials are relit.
@@ -60,8 +62,8 @@ def to_relight(objects: Iterable[bpy.types.Object], anew: bool) -> list[tuple[bp
     for ob in objects:
         if is_local(ob.data) and is_local(ob):
             fill_empty_slots(ob)
-    two_sided = _two_sided()
-    return [(material, material in two_sided) for material in materials_of(objects) if anew or not is_relit(material)]
+    two_sided, shown = _two_sided(), materials_of(objects, instanced=True)
+    return [(material, material in two_sided) for material in shown if anew or not is_relit(material)]
 
 
 def _two_sided() -> set[bpy.types.Material]:
@@ -72,9 +74,16 @@ def _two_sided() -> set[bpy.types.Material]:
 def remove_shading(objects: Iterable[bpy.types.Object]) -> int:
     """Restore the objects' materials, save those that other baked objects still show; how many of them were ours."""
     objects = list(objects)
-    rest = [ob for ob in bpy.data.objects if ob.type == "MESH" and ob not in objects and is_baked(transport_mesh(ob))]
-    still_used = set(materials_of(rest))
-    return restore([material for material in materials_of(objects) if material not in still_used], objects)
+    others = (ob for ob in bpy.data.objects if ob.type == "MESH" and ob.users and ob not in objects)
+    rest = [ob for ob in others if is_baked(transport_mesh(ob))]
+    still_used = set(materials_of(rest, instanced=True))
+    shown = materials_of(objects, instanced=True)
+    return restore([material for material in shown if material not in still_used], objects)
+
+
+def remove_all_shading() -> int:
+    """Restore all materials of the file, those that no object shows any more, too; how many of them were ours."""
+    return restore(filter(is_relit, bpy.data.materials), ())
 
 
 def restore(materials: Iterable[bpy.types.Material], objects: Iterable[bpy.types.Object]) -> int:

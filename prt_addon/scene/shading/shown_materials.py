@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Finds the materials that objects show: those of their slots, and those that their node modifiers set."""
+"""Finds the materials that objects show: those of their slots, those that their node modifiers set, and those of their instances."""
 
 from __future__ import annotations
 
@@ -7,25 +7,35 @@ from collections.abc import Iterable
 
 import bpy
 
-
-def materials_of(objects: Iterable[bpy.types.Object]) -> list[bpy.types.Material]:
-    """All materials that objects show, each once, in order."""
-    return list(first_users(objects))
+from ..blender.instances import has_nodes, instanced_materials
 
 
-def first_users(objects: Iterable[bpy.types.Object]) -> dict[bpy.types.Material, bpy.types.Object]:
+def materials_of(objects: Iterable[bpy.types.Object], instanced: bool = False) -> list[bpy.types.Material]:
+    """All materials that objects show, each once, in order.
+
+    Args:
+        objects: whose materials they are.
+        instanced: also those of their instances.
+    """
+    return list(first_users(objects, instanced))
+
+
+def first_users(
+    objects: Iterable[bpy.types.Object], instanced: bool = False
+) -> dict[bpy.types.Material, bpy.types.Object]:
     """Each material of the objects once, and the first of them that has it."""
-    found: dict[bpy.types.Material, bpy.types.Object] = {}
+    objects, found = list(objects), dict[bpy.types.Material, bpy.types.Object]()
+    of_instances = instanced_materials(bpy.context.evaluated_depsgraph_get(), set(objects)) if instanced else {}
     for ob in objects:
-        for material in [slot.material for slot in ob.material_slots] + set_by_nodes(ob):
-            if material:
-                found.setdefault(material, ob)
+        of_slots = [slot.material for slot in ob.material_slots if slot.material]
+        for material in (*of_slots, *set_by_nodes(ob), *of_instances.get(ob, ())):
+            found.setdefault(material, ob)
     return found
 
 
 def set_by_nodes(ob: bpy.types.Object) -> list[bpy.types.Material]:
     """The materials that node modifiers bring: no slot of the object holds them."""
-    if not any(modifier.type == "NODES" for modifier in ob.modifiers):
+    if not has_nodes(ob):
         return []
     evaluated = ob.evaluated_get(bpy.context.evaluated_depsgraph_get())
     return [material.original for material in getattr(evaluated.data, "materials", ()) if material]

@@ -67,7 +67,7 @@ EDITS = {
     swap: "a picture is another",
     repaint: "was painted on",
     triple: "the nodes have changed",
-    feed_strength: "its strength comes from elsewhere",
+    feed_strength: "another node sets its strength",
 }
 
 
