@@ -68,11 +68,19 @@ def _on_edit(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     for image in [ident for ident in changed if isinstance(ident, bpy.types.Image)] if has_light(scene.world) else ():
         note_repainted(scene.world, image)
     _follow_lamps()
-    if scene in changed:  # objects came or went, or were put elsewhere: Blender builds its graph anew
+    if scene in changed or _is_other_scene(scene):
         follow_scenes()
         follow_receivers(depsgraph)
     if touches_sky:
         _follow_sky(scene, depsgraph)
+
+
+def _is_other_scene(scene: bpy.types.Scene) -> bool:
+    """Whether this is not the scene of the last edit. Within one, Blender tags the scene itself whenever objects come, go or are
+    put elsewhere.
+    """
+    before, session.scene = session.scene, scene.session_uid
+    return session.scene != before
 
 
 def _follow_lamps() -> None:

@@ -34,6 +34,7 @@ class Session:
     icons: the small picture of the light; `icon_shows` is the digest of the light in it.
     sky_icons: small pictures of the skies that Blender ships.
     shapes_changed: whether an object was moved or its mesh edited since a scene was read for a bake.
+    scene: the one of the last edit.
     lamps: whether there were lamps when surfaces were last looked at; None if they were not.
     projecting: whether a world is being projected, so that what that changes is no edit.
     """
@@ -52,6 +53,7 @@ class Session:
     icon_shows: bytes = b""
     sky_icons: bpy.utils.previews.ImagePreviewCollection | None = None
     shapes_changed: bool = False
+    scene: int = 0
     lamps: bool | None = None
     projecting: bool = False
 
