@@ -95,7 +95,7 @@ MEMOS = {
     "core.exchange.games202.course_matrix",
     "core.microfacet.table.energy_table",
     "core.sky.cube_map._triple_products",
-    "core.sky.lamps._wall",
+    "core.sky.truncation._wall",
     "core.sphere.rotation._sample_band",
     "core.transport.direct._sums_of_eight",
     "scene.sky.identity._ends",

@@ -11,7 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
-from prt_addon.core.sky.lamps import ENOUGH, find_lamps, truncation
+from prt_addon.core.sky.find_lamps import ENOUGH, find_lamps
+from prt_addon.core.sky.truncation import truncation
+from prt_addon.core.sphere.equirect import texel_directions
 from prt_addon.core.sky.projection import project_equirect
 from tests.core.references import axis_angle, order2, random_directions, random_rotations, sphere_quadrature
 
@@ -82,6 +84,23 @@ def sky():
     return {"picture": picture, "light": light}
 
 
+def _glowing():
+    """A dim sky, a sun in the midst of its glow, and a window; the lamps in it: one is sharp, two are wide."""
+    height, background, discs = 64, 0.2, [[0.6, 0.0, 0.8, 2.0, 400.0], [0.6, 0.0, 0.8, 15.0, 1.5], [-0.6, 0.64, 0.48, 17.0, 2.0]]
+    directions, picture = texel_directions(height), np.full((height, 2 * height, 3), background, dtype=np.float32)
+    for x, y, z, radius, radiance in discs:
+        picture[directions @ (x, y, z) > np.cos(np.radians(radius))] += np.float32(radiance)
+    found = find_lamps(picture, 4, ENOUGH)
+    return {
+        "glow_height": height,
+        "glow_background": background,
+        "glow_discs": discs,
+        "glow_directions": [lamp.direction for lamp in found.lamps],
+        "glow_irradiances": [lamp.irradiance for lamp in found.lamps],
+        "glow_radii": [lamp.radius for lamp in found.lamps],
+    }
+
+
 def lamps():
     """A sky of one colour with five spots of bright texels, the top row first, and the lamps that the engine takes out of it."""
     height, texels, spots = 160, [], []
@@ -92,7 +111,7 @@ def lamps():
             (70, 250, 3, (300, 300, 200)),
             (43, 110, 1, (200, 150, 90)),
             (120, 0, 2, (80, 90, 100)),
-            (10, 30, 1, (40, 30, 20)),
+            (10, 30, 1, (400, 300, 200)),
         ]
     ):
         places = [
@@ -115,6 +134,7 @@ def lamps():
         "colour": found.colour,
         "light": np.multiply.outer(found.light(), found.colour),
         "one": one.lamps[0].direction,
+        **_glowing(),
         **_fewest(height, background, np.array(texels), np.array(spots)),
     }
 

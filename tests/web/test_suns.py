@@ -98,7 +98,7 @@ def test_rounding_is_small_and_not_seen(blender, part, sunny, page, browser, tmp
 
 def test_a_dropped_sky_gets_its_suns(stage, page, browser):
     """As Blender would take them out; it casts another shadow than before, and its light holds them."""
-    from prt_addon.core.sky.lamps import find_lamps
+    from prt_addon.core.sky.find_lamps import find_lamps
 
     sky = stage.sunny_sky(256)[:, ::-1]
     [wanted] = find_lamps(sky, 4).lamps
@@ -118,7 +118,7 @@ def test_a_dropped_sky_gets_its_suns(stage, page, browser):
 
 def test_a_dropped_sky_gets_as_few_suns_as_in_blender(stage, page, browser):
     """*Automatic* takes one where all else is dust, two where two shine, and no more."""
-    from prt_addon.core.sky.lamps import ENOUGH, find_lamps
+    from prt_addon.core.sky.find_lamps import ENOUGH, find_lamps
 
     sky, steps, wanted = stage.sunny_sky(256), [], []
     dusty, double = sky.copy(), np.maximum(sky, sky[:, ::-1])

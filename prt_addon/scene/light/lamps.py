@@ -208,7 +208,7 @@ def _set(sun: bpy.types.Object, lamp: Lamp, colour: tuple[float, float, float]) 
     sun.data.angle = 2.0 * lamp.radius
     sun.data.color = [channel / most for channel in colour]
     sun.data[_IRRADIANCE] = lamp.irradiance * most
-    sun.data[_RADIANCE] = lamp.irradiance * most / (pi * max(sin(lamp.radius) ** 2, _SMALLEST))
+    sun.data[_RADIANCE] = most * (lamp.radiance or lamp.irradiance / (pi * max(sin(lamp.radius) ** 2, _SMALLEST)))
 
 
 def _remove(objects: list[bpy.types.Object]) -> None:

@@ -8,7 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ...core.arrays import Float32, Float64
-from ...core.sky.lamps import ENOUGH, Lamps, find_lamps
+from ...core.sky.find_lamps import ENOUGH, find_lamps
+from ...core.sky.lamps import Lamps
 from ...core.sky.texels import SkyTexels
 from ...core.sphere import sh, windowing
 from ..blender.images import Undecodable, linear_pixels

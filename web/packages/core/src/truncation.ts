@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What nine coefficients lose of a light where it matters, as the engine measures it (core/sky/lamps.py).
+// What nine coefficients lose of a light where it matters, as the engine measures it (core/sky/truncation.py).
 
 import { coefficientCount } from "./bands.js";
 import type { Light } from "./layout.js";
