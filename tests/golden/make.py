@@ -86,7 +86,11 @@ def sky():
 
 def _glowing():
     """A dim sky, a sun in the midst of its glow, and a window; the lamps in it: one is sharp, two are wide."""
-    height, background, discs = 64, 0.2, [[0.6, 0.0, 0.8, 2.0, 400.0], [0.6, 0.0, 0.8, 15.0, 1.5], [-0.6, 0.64, 0.48, 17.0, 2.0]]
+    height, background, discs = (
+        64,
+        0.2,
+        [[0.6, 0.0, 0.8, 2.0, 400.0], [0.6, 0.0, 0.8, 15.0, 1.5], [-0.6, 0.64, 0.48, 17.0, 2.0]],
+    )
     directions, picture = texel_directions(height), np.full((height, 2 * height, 3), background, dtype=np.float32)
     for x, y, z, radius, radiance in discs:
         picture[directions @ (x, y, z) > np.cos(np.radians(radius))] += np.float32(radiance)

@@ -147,7 +147,8 @@ def _build(tree: bpy.types.NodeTree, sides: Sides) -> None:
     entries = graph.add("NodeGroupInput").outputs
     layers = [graph.attribute(name, "GEOMETRY") for name in (LAYERS if sides != "NONE" else ())]
     light_nodes, turn_nodes = ([graph.attribute(name, "VIEW_LAYER") for name in names] for names in (LIGHT, TURN))
-    strength = graph.attribute(STRENGTH, "VIEW_LAYER").outputs["Fac"]
+    strength_node = graph.attribute(STRENGTH, "VIEW_LAYER")
+    strength = strength_node.outputs["Fac"]
     graph.column()
     baked, own_axes, older = _marks(graph, layers) if layers else [graph.add("ShaderNodeValue").outputs[0]] * 3
     graph.column()
@@ -172,7 +173,10 @@ def _build(tree: bpy.types.NodeTree, sides: Sides) -> None:
         share = graph.math("MAXIMUM", graph.math("MULTIPLY", direct[0], 1.0 / Y_0), open_sky)
     graph.column()
     shown = graph.vector("MULTIPLY", without_negatives(graph, radiance), strength)
-    relit = graph.math("MAXIMUM", baked, graph.math("GREATER_THAN", graph.vector("LENGTH", colour), 0.0))
+    has_lamps = graph.math(
+        "ABSOLUTE", graph.math("MULTIPLY", strength_node.outputs["Alpha"], graph.vector("LENGTH", colour))
+    )
+    relit = graph.math("MAXIMUM", baked, graph.math("GREATER_THAN", has_lamps, 0.0))
     share = graph.math("MULTIPLY", share, strength)
     details = detail(graph, soft[1:], share, own_axes, object_axes)
     graph.column()

@@ -67,7 +67,9 @@ def test_a_sun_stays_sharp_in_its_glow():
     sun, glow, window = ((0.6, 0.0, 0.8), 1.0, 900.0), ((0.6, 0.0, 0.8), 15.0, 2.0), ((-0.6, 0.64, 0.48), 17.0, 3.0)
     found = find_lamps(sky(sun, glow, window), 4, ENOUGH).lamps
     assert [round(float(np.degrees(lamp.radius))) for lamp in found] == [1, 17, 15]
-    assert [angle(lamp.direction, disc[0]) < 1.0 for lamp, disc in zip(found, (sun, window, glow), strict=True)] == [True] * 3
+    assert [angle(lamp.direction, disc[0]) < 1.0 for lamp, disc in zip(found, (sun, window, glow), strict=True)] == [
+        True
+    ] * 3
     [alone] = find_lamps(sky(window), 4, ENOUGH).lamps
     assert angle(alone.direction, window[0]) < 0.5 and abs(np.degrees(alone.radius) - 17.0) < 0.5
     assert abs(alone.irradiance / irradiance(17.0, 3.0) - 1.0) < 0.35  # what lies under the threshold stays in the sky

@@ -143,4 +143,4 @@ def test_older_group_gives_way(blender, part, stage, ball, version):
     assert group.users == 2
     nodes = ball.data.materials[0].node_tree.nodes
     (node,) = (node for node in nodes if node.bl_idname == "ShaderNodeGroup" and node.node_tree == group)
-    assert node.outputs["Shading"].is_linked and node.outputs["Baked"].is_linked
+    assert node.outputs["Shading"].is_linked and node.outputs["Relit"].is_linked

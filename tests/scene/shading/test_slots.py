@@ -32,7 +32,7 @@ def reading(bpy, stage, name, count):
 
 @pytest.mark.parametrize("count", [5, 6])
 def test_eevee_takes_fourteen_attributes(blender, part, scene, stage, tmp_path, count):
-    """Nine of transport and five of the material; one more is pink, so that the material is left alone, and named."""
+    """Nine of transport and five of the material; one more is pink, so that such a material reads no transport, and is named."""
     stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
     ob = stage.object_of("Ball", stage.icosphere(2), reading(blender, stage, "Painted", count))
     for number in range(count):
@@ -40,9 +40,10 @@ def test_eevee_takes_fourteen_attributes(blender, part, scene, stage, tmp_path, 
         layer.data.foreach_set("color", np.tile([0.02, 0.1, 0.02, 1.0], len(layer.data)))
     stage.top_camera(resolution=16)
     blender.ops.prt.bake(mode="UNSHADOWED")
-    relit = list(part("our_nodes").our_nodes(ob.data.materials[0].node_tree))
+    group = next(node for node in ob.data.materials[0].node_tree.nodes if node.name == "PRT Relight").node_tree
+    read = [node for node in group.nodes if getattr(node, "attribute_type", "") == "GEOMETRY"]
     said = [one.sentence for one in part("session").session.notices[scene.session_uid]]
-    assert bool(relit) == (count == 5)
+    assert len(read) == (9 if count == 5 else 0)
     assert any("reads 6 attributes" in one for one in said) == (count == 6)
     red, green, blue, _ = stage.render(tmp_path / "ball.exr")[8, 8]
     assert green > red and green > blue, "not pink"
