@@ -60,7 +60,7 @@ class Session:
     def forget_file(self) -> None:
         """Another file is open: nothing that was looked up holds any more, nor can anything be brought back."""
         self.before = self.lamps = None
-        self.shapes_changed = False
+        self.shapes_changed, self.scene = False, 0
         for known in (self.notices, self.checked, self.stale, self.glances, self.outdated, self.sky_energies):
             known.clear()
 

@@ -190,7 +190,8 @@ def _glossy(graph: Graph, given: Sockets) -> Sockets:
     """
     name, colour = next(iter(given.items()))
     hidden = graph.math("SUBTRACT", 1.0, given["Sky Seen"])
-    scene = graph.vector("MULTIPLY", graph.vector("MULTIPLY", given["Shading"], colour), hidden)
+    arriving = graph.vector("ADD", given["Shading"], given["Lamps"])
+    scene = graph.vector("MULTIPLY", graph.vector("MULTIPLY", arriving, colour), hidden)
     return {"Diffuse": _emission(graph, scene), name: graph.vector("MULTIPLY", colour, given["Sky Seen"])}
 
 
@@ -204,8 +205,7 @@ def _principled(graph: Graph, given: Sockets) -> Sockets:
     matte = graph.vector("MULTIPLY", base, graph.math("MULTIPLY", diffuse, graph.math("SUBTRACT", 1.0, gloss)))
     hidden = graph.math("MULTIPLY", graph.math("SUBTRACT", 1.0, seen), opaque)
     both = graph.vector("MULTIPLY_ADD", graph.mixed(metallic, gloss, base), hidden, matte)
-    lamps = graph.vector("MULTIPLY", matte, given["Lamps"])
-    light = graph.vector("MULTIPLY_ADD", both, given["Shading"], lamps)
+    light = graph.vector("MULTIPLY", both, graph.vector("ADD", given["Shading"], given["Lamps"]))
     graph.column()
     left = graph.math("SUBTRACT", 1.0, diffuse)
     dimmed = graph.math("MULTIPLY", left, graph.math("MULTIPLY_ADD", metallic, graph.math("SUBTRACT", seen, 1.0), 1.0))
