@@ -7,6 +7,7 @@
 WHERE = {
     "albedo": "scene.material.albedo",
     "animation": "scene.blender.animation",
+    "areas": "scene.blender.areas",
     "bake": "core.bake.bake",
     "before": "scene.bake.before",
     "carrier": "scene.mesh.carrier",

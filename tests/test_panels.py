@@ -305,6 +305,20 @@ def test_properties_show_what_belongs_to_their_tab(blender, scene, stage, drawn)
     assert said.count("space") == 2 and said.count("mode") == 2 and said.count("prt.project_light") == 2
 
 
+def test_all_panels_are_redrawn(blender, part, scene, stage_under_sky):
+    """Wherever they stand; presets, which pop up, and the exporter's show nothing that changes without an edit."""
+    import headless
+
+    ui = importlib.import_module(f"{headless.PACKAGE}.ui")
+    panels = {one for one in ui.CLASSES if issubclass(one, blender.types.Panel)}
+    panels = {one for one in panels if one.__name__ not in {"PRT_PT_bake_presets", "FILE_PT_prt_gltf"}}
+    assert {(one.bl_space_type, one.bl_region_type) for one in panels} == set(part("areas").PANELS.items())
+    glances, session = part("glances"), part("session").session
+    session.outdated.add(scene.world.session_uid)
+    glances._look_again()
+    assert session.glances[scene.world.session_uid].state.text == "No light yet: project the world"
+
+
 def test_the_exporters_sidebar(blender):
     """All choices, beside the export as glTF alone."""
     import headless
