@@ -21,6 +21,7 @@ WHERE = {
     "read": "scene.bake.read",
     "glances": "glances",
     "handlers": "handlers",
+    "helper_groups": "scene.shading.helper_groups",
     "heat_map": "scene.mesh.heat_map",
     "images": "scene.blender.images",
     "job": "worker.job",
