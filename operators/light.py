@@ -12,7 +12,7 @@ from .stepwise import Steps, StepwiseOperator
 
 
 class PRT_OT_project_light(LightProperties, bpy.types.Operator):
-    """Project the world's sky into the SH light, without baking"""
+    """Project the world's sky into the SH light, which lights what is baked: nine coefficients of spherical harmonics. Nothing is baked"""
 
     bl_idname = "prt.project_light"
     bl_label = "Project World"

@@ -250,23 +250,25 @@ def test_the_panel_says_what_will_be_baked(blender, scene, stage, panel):
     assert said(blender.context) == "More than 100 selected meshes"
 
 
-def test_the_panel_says_that_other_settings_are_set(blender, scene, stage, panel):
+def test_the_panel_says_which_settings_were_changed(blender, scene, stage, panel):
     """Only where it matters: the cutoff does to two of the windows."""
-    another = panel("light").made_otherwise
+    changed = panel("light").changed_settings
     stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
     scene.prt.window = "HANN"
-    assert not another(scene)
+    assert changed(scene) == []
     blender.ops.prt.project_light()
-    assert not another(scene)
+    assert changed(scene) == []
     scene.prt.cutoff = 3.7
-    assert another(scene)
+    assert changed(scene) == ["Cutoff"]
+    scene.prt.window, scene.prt.lamps = "LANCZOS", "NONE"
+    assert changed(scene) == ["Window", "Cutoff", "Extract Lamps"]
     blender.ops.prt.project_light()
-    assert not another(scene)
+    assert changed(scene) == []
     scene.prt.window = "NONE"
-    assert another(scene)
+    assert changed(scene) == ["Window"]
     blender.ops.prt.project_light()
     scene.prt.cutoff = 5.0
-    assert not another(scene)
+    assert changed(scene) == []
 
 
 def test_what_is_greyed_out_says_why(blender, part, scene, stage):

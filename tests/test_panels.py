@@ -123,6 +123,11 @@ def other_settings(blender, part, scene, stage, patch):
     scene.prt.window = "HANN"
 
 
+def three_other_settings(blender, part, scene, stage, patch):
+    other_settings(blender, part, scene, stage, patch)
+    scene.prt.cutoff, scene.prt.lamps = 5.0, "NONE"
+
+
 def keyframed(blender, part, scene, stage, patch):
     blender.ops.prt.keyframe_light(window="NONE", frame_start=1, frame_end=2)
     scene.prt.window = "HANN"
@@ -172,8 +177,17 @@ STATES = {
     "no ray caster": (no_ray_caster, {}, ["The ray caster is missing."]),
     "a preview": (a_preview, {}, ["prt.keep_preview", "Cancel"]),
     "many stale": (many_stale, {}, ["and 1 more", "prt.bake_stale"]),
-    "other settings": (other_settings, {}, ["Other settings are set: project the world.", "cutoff"]),
-    "keyframed": (keyframed, {}, ["keyframe the light again"]),
+    "other settings": (
+        other_settings,
+        {},
+        ["Window was changed since the light was made: project the world.", "cutoff"],
+    ),
+    "three other settings": (
+        three_other_settings,
+        {},
+        ["Window, Cutoff and Extract Lamps were changed since the light was made: project the world."],
+    ),
+    "keyframed": (keyframed, {}, ["Window was changed since the light was made: keyframe the light again."]),
     "a sun": (a_sun, {}, ["Rotation"]),
     "newer": (newer, {}, ["newer version"]),
     "unknown": (unknown, {}, ["of unknown origin"]),
