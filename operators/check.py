@@ -18,7 +18,6 @@ class PRT_OT_check(BakeProperties, bpy.types.Operator):
 
     bl_idname = "prt.check"
     bl_label = "Check Bakes"
-    bl_options = {"REGISTER"}
 
     fail_if_stale: BoolProperty(  # type: ignore[valid-type]
         name="Fail if Stale",

@@ -30,7 +30,7 @@ class PRT_OT_import_cubemap(FolderBrowser, LightProperties, bpy.types.Operator):
 
     bl_idname = "prt.import_cubemap"
     bl_label = "Import Cube Map"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_options = {"UNDO"}
 
     directory: folder_property(  # type: ignore[valid-type]
         "Folder with posx, negx, posy, negy, posz and negz, or by other usual names: .exr or .hdr, which are linear, or "

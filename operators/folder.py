@@ -8,7 +8,7 @@ import bpy
 from bpy.props import BoolProperty, StringProperty
 
 from ..prt_addon.core.errors import PRTError
-from ..prt_addon.scene.settings import absolute_path
+from ..prt_addon.scene.settings import absolute_path, begin_with_settings
 
 
 def folder_property(description: str) -> Any:
@@ -29,7 +29,8 @@ class FolderBrowser:
     )
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
-        """Open the file browser to choose the folder."""
+        """Open the file browser to choose the folder, with the operator's properties beside it."""
+        begin_with_settings(self, context.scene)
         context.window_manager.fileselect_add(self)
         return {"RUNNING_MODAL"}
 

@@ -10,6 +10,7 @@ import bpy
 
 from ..prt_addon.core.errors import Interrupted
 from ..prt_addon.core.notices import Notice, counted
+from ..prt_addon.scene.blender.areas import redraw_panels
 from ..prt_addon.session import session
 from ..prt_addon.worker.job import Job, end_engine, running_job, wake_engine
 from .progress import ctrl_c, interrupt_once, terminal_bar
@@ -141,7 +142,7 @@ class JobOperator(WhenIdle):
         if self._job and time.monotonic() > self._told + _PAUSE:
             self._told = time.monotonic()
             context.workspace.status_text_set(f"{self._activity}: {self._job.text}  (Esc cancels)")
-            _redraw(context)
+            redraw_panels()
         return state
 
     @reports_errors
@@ -207,7 +208,7 @@ def stop_watching(context: bpy.types.Context) -> None:
     session.timer = None
     if context.workspace:
         context.workspace.status_text_set(None)
-    _redraw(context)
+    redraw_panels()
 
 
 def redraw_views(context: bpy.types.Context) -> None:
@@ -216,15 +217,6 @@ def redraw_views(context: bpy.types.Context) -> None:
         for area in window.screen.areas:
             if area.type == "VIEW_3D":
                 area.tag_redraw()
-
-
-def _redraw(context: bpy.types.Context) -> None:
-    """The sidebars alone: a view of a million faces takes long to draw, and progress changes nothing in it."""
-    for window in context.window_manager.windows:
-        for area in window.screen.areas:
-            for region in area.regions if area.type == "VIEW_3D" else ():
-                if region.type == "UI":
-                    region.tag_redraw()
 
 
 def _watch_on_terminal(job: Job[Any], look: Callable[[], None]) -> None:

@@ -12,11 +12,11 @@ from .stepwise import Steps, StepwiseOperator
 
 
 class PRT_OT_project_light(LightProperties, bpy.types.Operator):
-    """Project the world's sky into the SH light, without baking"""
+    """Project the world's sky into the SH light, which lights what is baked: nine coefficients of spherical harmonics. Nothing is baked"""
 
     bl_idname = "prt.project_light"
     bl_label = "Project World"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_options = {"UNDO"}
 
     @reports_errors
     def execute(self, context: bpy.types.Context) -> set[str]:
@@ -49,18 +49,19 @@ class PRT_OT_keyframe_light(StepwiseOperator, LightProperties, bpy.types.Operato
     )
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
-        """Open the dialog for the frames, beginning with the scene's, and for the window, beginning with its settings."""
-        scene = context.scene
-        self.frame_start, self.frame_end = scene.frame_start, scene.frame_end
-        self.window, self.cutoff = scene.prt.window, scene.prt.cutoff
+        """Open the dialog, beginning with the scene's frames unless others are given."""
+        self.frame_start, self.frame_end = self._range(context.scene)
         return self._open_dialog(context)
 
     def _begin(self, context: bpy.types.Context) -> Steps:
-        scene, given = context.scene, self.properties.is_property_set
-        first = self.frame_start if given("frame_start") else scene.frame_start
-        last = self.frame_end if given("frame_end") else scene.frame_end
-        frames = keyframes.keyframes(first, last, self.step)
+        scene = context.scene
+        frames = keyframes.keyframes(*self._range(scene), self.step)
         return Steps(keyframes.keyframe(scene, frames, light_settings(scene, self)), len(frames))
+
+    def _range(self, scene: bpy.types.Scene) -> tuple[int, int]:
+        given = self.properties.is_property_set
+        first = self.frame_start if given("frame_start") else scene.frame_start
+        return first, self.frame_end if given("frame_end") else scene.frame_end
 
     def _end(self, context: bpy.types.Context) -> None:
         world = context.scene.world.name

@@ -22,7 +22,7 @@ class PRT_OT_use_sky(LightProperties, bpy.types.Operator):
 
     bl_idname = "prt.use_sky"
     bl_label = "Choose a Sky"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_options = {"UNDO"}
 
     sky: EnumProperty(name="Sky", description="Which picture", items=_SKIES)  # type: ignore[valid-type]
 

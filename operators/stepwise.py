@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import bpy
 
 from ..prt_addon.core.errors import CANCELLED
+from ..prt_addon.scene.settings import begin_with_settings
 from ..prt_addon.session import session
 from .job import WhenIdle, stop_watching
 from .progress import interruptible
@@ -68,6 +69,7 @@ class StepwiseOperator(WhenIdle):
 
     def _open_dialog(self, context: bpy.types.Context) -> set[str]:
         """Open the operator's dialog; once it is confirmed the work goes on behind a live window."""
+        begin_with_settings(self, context.scene)
         self._confirmed_in_window = not bpy.app.background
         return set(context.window_manager.invoke_props_dialog(self))
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import bpy
 
 from .core.errors import PRTError
+from .scene.blender.areas import redraw_panels
 from .scene.light import picture as light_picture
 from .scene.light.light import has_light
 from .scene.light.state import LightState, light_state
@@ -64,10 +65,7 @@ def _look_again() -> None:
         if world.session_uid in session.outdated:
             session.glances[world.session_uid] = _look(world)
     session.outdated.clear()
-    for window in bpy.context.window_manager.windows:
-        for area in window.screen.areas:
-            if area.type == "VIEW_3D":
-                area.tag_redraw()
+    redraw_panels()
 
 
 def _look(world: bpy.types.World | None) -> LightGlance:

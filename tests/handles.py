@@ -7,6 +7,7 @@
 WHERE = {
     "albedo": "scene.material.albedo",
     "animation": "scene.blender.animation",
+    "areas": "scene.blender.areas",
     "bake": "core.bake.bake",
     "before": "scene.bake.before",
     "carrier": "scene.mesh.carrier",
@@ -21,6 +22,7 @@ WHERE = {
     "read": "scene.bake.read",
     "glances": "glances",
     "handlers": "handlers",
+    "helper_groups": "scene.shading.helper_groups",
     "heat_map": "scene.mesh.heat_map",
     "images": "scene.blender.images",
     "job": "worker.job",

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The interface keeps Blender's habits: tooltips, presets, keyframes, a menu, settings that stay, undo."""
 
+import ast
 import importlib
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -111,6 +113,80 @@ def test_what_takes_long_is_not_done_again_by_the_redo_panel(blender, classes):
     assert not any("REGISTER" in found[name] for name in long)
 
 
+@pytest.fixture
+def settings(blender):
+    import headless
+
+    return importlib.import_module(f"{headless.PACKAGE}.prt_addon.scene.settings")
+
+
+def mixins(settings):
+    """Those of settings that operators take, derived ones first."""
+    found = [cls for name, cls in vars(settings).items() if isinstance(cls, type) and name.endswith("Properties")]
+    return sorted(found, key=lambda cls: -len(cls.__mro__))
+
+
+def test_what_takes_settings_has_no_redo_panel(blender, classes, settings):
+    """It would show defaults in place of the scene's, which are what is used."""
+    takes = [cls for cls, _ in operators(blender, classes) if issubclass(cls, tuple(mixins(settings)))]
+    assert len(takes) > 8
+    assert [cls.bl_idname for cls in takes if "REGISTER" in getattr(cls, "bl_options", ())] == []
+
+
+def other_value(prop):
+    """One that a property does not begin with."""
+    if prop.type == "ENUM":
+        return next(item.identifier for item in prop.enum_items if item.identifier != prop.default)
+    return "other" if prop.type == "STRING" else prop.default + 1
+
+
+def test_dialogs_begin_with_the_scenes_settings(blender, scene, settings):
+    """All of them, of whatever kind, and those that are given as they are given."""
+    assert set(settings._stored_settings(scene)) == set(mixins(settings))
+    shown = {}
+
+    class PRT_OT_shows(*mixins(settings), blender.types.Operator):
+        bl_idname, bl_label = "prt.shows", "Shows"
+
+        def execute(self, context):
+            settings.begin_with_settings(self, context.scene)
+            shown.update({name: getattr(self, name) for mixin in mixins(settings) for name in mixin.__annotations__})
+            return {"FINISHED"}
+
+    for mixin, stored in settings._stored_settings(scene).items():
+        for name in mixin.__annotations__:
+            setattr(stored, name, other_value(stored.bl_rna.properties[name]))
+    wanted = {
+        name: getattr(stored, name)
+        for mixin, stored in settings._stored_settings(scene).items()
+        for name in mixin.__annotations__
+    }
+    blender.utils.register_class(PRT_OT_shows)
+    try:
+        blender.ops.prt.shows()
+        assert shown == wanted and wanted["lamps"] == "NONE"
+        blender.ops.prt.shows(lamps="AUTO", samples=3)
+        assert shown == wanted | {"lamps": "AUTO", "samples": 3}
+    finally:
+        blender.utils.unregister_class(PRT_OT_shows)
+
+
+def test_every_dialog_begins_with_settings():
+    """Whatever opens one: in background Blender opens none, so that the functions are read."""
+    opening = {"invoke_props_dialog", "fileselect_add"}
+    found = []
+    for path in sorted((Path(__file__).parents[1] / "operators").rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.FunctionDef):
+                calls = [
+                    ast.unparse(one.func).rpartition(".")[2] for one in ast.walk(node) if isinstance(one, ast.Call)
+                ]
+                if opening & set(calls):
+                    found.append(node.name)
+                    assert "begin_with_settings" in calls, f"{path.name}: {node.name}"
+    assert len(found) == 2
+
+
 def test_settings_can_be_keyframed_and_stay_with_their_scene(blender, scene, tmp_path):
     """Right-click > Insert Keyframe; another scene has its own; a saved file keeps them."""
     scene.prt.samples = 32
@@ -174,23 +250,25 @@ def test_the_panel_says_what_will_be_baked(blender, scene, stage, panel):
     assert said(blender.context) == "More than 100 selected meshes"
 
 
-def test_the_panel_says_that_other_settings_are_set(blender, scene, stage, panel):
+def test_the_panel_says_which_settings_were_changed(blender, scene, stage, panel):
     """Only where it matters: the cutoff does to two of the windows."""
-    another = panel("light").made_otherwise
+    changed = panel("light").changed_settings
     stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
     scene.prt.window = "HANN"
-    assert not another(scene)
+    assert changed(scene) == []
     blender.ops.prt.project_light()
-    assert not another(scene)
+    assert changed(scene) == []
     scene.prt.cutoff = 3.7
-    assert another(scene)
+    assert changed(scene) == ["Cutoff"]
+    scene.prt.window, scene.prt.lamps = "LANCZOS", "NONE"
+    assert changed(scene) == ["Window", "Cutoff", "Extract Lamps"]
     blender.ops.prt.project_light()
-    assert not another(scene)
+    assert changed(scene) == []
     scene.prt.window = "NONE"
-    assert another(scene)
+    assert changed(scene) == ["Window"]
     blender.ops.prt.project_light()
     scene.prt.cutoff = 5.0
-    assert not another(scene)
+    assert changed(scene) == []
 
 
 def test_what_is_greyed_out_says_why(blender, part, scene, stage):

@@ -123,6 +123,11 @@ def other_settings(blender, part, scene, stage, patch):
     scene.prt.window = "HANN"
 
 
+def three_other_settings(blender, part, scene, stage, patch):
+    other_settings(blender, part, scene, stage, patch)
+    scene.prt.cutoff, scene.prt.lamps = 5.0, "NONE"
+
+
 def keyframed(blender, part, scene, stage, patch):
     blender.ops.prt.keyframe_light(window="NONE", frame_start=1, frame_end=2)
     scene.prt.window = "HANN"
@@ -172,8 +177,17 @@ STATES = {
     "no ray caster": (no_ray_caster, {}, ["The ray caster is missing."]),
     "a preview": (a_preview, {}, ["prt.keep_preview", "Cancel"]),
     "many stale": (many_stale, {}, ["and 1 more", "prt.bake_stale"]),
-    "other settings": (other_settings, {}, ["Other settings are set: project the world.", "cutoff"]),
-    "keyframed": (keyframed, {}, ["keyframe the light again"]),
+    "other settings": (
+        other_settings,
+        {},
+        ["Window was changed since the light was made: project the world.", "cutoff"],
+    ),
+    "three other settings": (
+        three_other_settings,
+        {},
+        ["Window, Cutoff and Extract Lamps were changed since the light was made: project the world."],
+    ),
+    "keyframed": (keyframed, {}, ["Window was changed since the light was made: keyframe the light again."]),
     "a sun": (a_sun, {}, ["Rotation"]),
     "newer": (newer, {}, ["newer version"]),
     "unknown": (unknown, {}, ["of unknown origin"]),
@@ -303,6 +317,20 @@ def test_properties_show_what_belongs_to_their_tab(blender, scene, stage, drawn)
     blender.context.view_layer.objects.active = ball
     said = drawn()
     assert said.count("space") == 2 and said.count("mode") == 2 and said.count("prt.project_light") == 2
+
+
+def test_all_panels_are_redrawn(blender, part, scene, stage_under_sky):
+    """Wherever they stand; presets, which pop up, and the exporter's show nothing that changes without an edit."""
+    import headless
+
+    ui = importlib.import_module(f"{headless.PACKAGE}.ui")
+    panels = {one for one in ui.CLASSES if issubclass(one, blender.types.Panel)}
+    panels = {one for one in panels if one.__name__ not in {"PRT_PT_bake_presets", "FILE_PT_prt_gltf"}}
+    assert {(one.bl_space_type, one.bl_region_type) for one in panels} == set(part("areas").PANELS.items())
+    glances, session = part("glances"), part("session").session
+    session.outdated.add(scene.world.session_uid)
+    glances._look_again()
+    assert session.glances[scene.world.session_uid].state.text == "No light yet: project the world"
 
 
 def test_the_exporters_sidebar(blender):

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
+
 import bpy
 
 from ..prt_addon.glances import light_glance
@@ -13,7 +15,7 @@ _WITH_CUTOFF = {"HANN", "LANCZOS"}
 
 
 class PRT_PT_light(Tab, bpy.types.Panel):
-    """The SH light, and the nodes that turn it"""
+    """The SH light, which is the sky as nine coefficients of spherical harmonics, and the nodes that turn it"""
 
     bl_idname = "PRT_PT_light"
     bl_parent_id = "PRT_PT_bake"
@@ -39,9 +41,8 @@ def draw_light(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     if settings.window in _WITH_CUTOFF:
         column.prop(settings, "cutoff")
     column.prop(settings, "lamps")
-    if made_otherwise(context.scene):
-        remedy = "keyframe the light again" if light.is_keyframed(world) else "project the world"
-        draw_text(context, layout.column(align=True), f"Other settings are set: {remedy}.", "INFO")
+    if changed := changed_settings(context.scene):
+        draw_text(context, layout.column(align=True), _sentence(changed, world), "INFO")
     if light.has_light(world):
         followed = light.followed(world)
         for socket, name in ((followed.rotation, "Rotation"), (followed.strength, "Strength")):
@@ -60,14 +61,23 @@ def _has_sky(world: bpy.types.World | None) -> bool:
     return any(node.bl_idname in {"ShaderNodeTexEnvironment", "ShaderNodeTexSky"} for node in nodes)
 
 
-def made_otherwise(scene: bpy.types.Scene) -> bool:
-    """Whether the light of the scene's world was made with other settings than the next one will be."""
+def changed_settings(scene: bpy.types.Scene) -> list[str]:
+    """Which settings, as the panel calls them, are others than the light of the scene's world was made with."""
     world, settings = scene.world, scene.prt
     if not light.has_light(world) or not light.is_projected(world):
-        return False
-    done = light.light_settings_of(world)
-    other = settings.window != done.window or settings.lamps != done.lamps
-    return other or (settings.window in _WITH_CUTOFF and settings.cutoff != done.cutoff)
+        return []
+    done = asdict(light.light_settings_of(world))
+    if settings.window not in _WITH_CUTOFF:
+        del done["cutoff"]
+    return [settings.bl_rna.properties[name].name for name in done if getattr(settings, name) != done[name]]
+
+
+def _sentence(changed: list[str], world: bpy.types.World) -> str:
+    """What was changed, and what to do."""
+    *some, last = changed
+    names = f"{', '.join(some)} and {last} were" if some else f"{last} was"
+    remedy = "keyframe the light again" if light.is_keyframed(world) else "project the world"
+    return f"{names} changed since the light was made: {remedy}."
 
 
 CLASSES = (PRT_PT_light,)

@@ -11,7 +11,7 @@ from .tab import Tab
 
 
 class PRT_PT_light_preview(Tab, bpy.types.Panel):
-    """What the SH light shows, and the share of energy in each band"""
+    """What the SH light, the sky as nine coefficients of spherical harmonics, shows, and the share of energy in each band"""
 
     bl_idname = "PRT_PT_light_preview"
     bl_parent_id = "PRT_PT_light"

@@ -34,7 +34,7 @@ class PRT_PT_render(Section, bpy.types.Panel):
 
 
 class PRT_PT_world(Section, bpy.types.Panel):
-    """The SH light of the scene's world"""
+    """The SH light of the scene's world: its sky as nine coefficients of spherical harmonics"""
 
     bl_idname = "PRT_PT_world"
     bl_context = "world"

@@ -302,6 +302,28 @@ def report_settings(scene: bpy.types.Scene, operator: bpy.types.Operator) -> Rep
     return ReportSettings(**_values(ReportProperties, scene.prt.report, operator))
 
 
+def begin_with_settings(operator: bpy.types.Operator, scene: bpy.types.Scene) -> None:
+    """Have a dialog show what its operator will use: its own properties where they were given, the scene's where not.
+
+    A dialog shows all properties of an operator, and left alone these would be defaults.
+    """
+    for mixin, stored in _stored_settings(scene).items():
+        if isinstance(operator, mixin):
+            for name, value in _values(mixin, stored, operator).items():
+                setattr(operator, name, value)
+
+
+def _stored_settings(scene: bpy.types.Scene) -> dict[type, bpy.types.PropertyGroup]:
+    """Where a scene keeps the settings that operators take."""
+    return {
+        BakeProperties: scene.prt,
+        RunProperties: scene.prt,
+        MemoryProperties: scene.prt,
+        LightProperties: scene.prt,
+        ReportProperties: scene.prt.report,
+    }
+
+
 def run_settings(scene: bpy.types.Scene, operator: bpy.types.Operator | None = None) -> Run:
     """How a bake is carried out; by the scene's settings alone without an operator."""
     return Run(memory=_value("memory", scene.prt, operator) * _MIB)

@@ -18,8 +18,3 @@ def schlick(facing: npt.ArrayLike, cosine: npt.ArrayLike) -> Float64:
     """F: reflectance in [0, 1]; `facing` is that of rays along the normal (F0). Shapes broadcast."""
     facing = np.asarray(facing, dtype=np.float64)
     return facing + (1.0 - facing) * grazing_share(cosine)
-
-
-def schlick_average(facing: npt.ArrayLike) -> Float64:
-    """F_avg, weighed by the cosine: the integral of `2 mu schlick(facing, mu)` over mu, `(20 facing + 1) / 21`."""
-    return (20.0 * np.asarray(facing, dtype=np.float64) + 1.0) / 21.0

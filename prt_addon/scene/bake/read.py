@@ -16,7 +16,6 @@ import bpy
 import numpy as np
 import numpy.typing as npt
 
-from ...core.errors import MeshError
 from ...core.files import digest
 from ...core.layout import Space
 from ...core.notices import Kind, Notice
@@ -204,21 +203,12 @@ def survey(
     ]
 
 
-def own_axes_matrix(ob: bpy.types.Object) -> npt.NDArray[np.float64]:
+def _own_axes_matrix(world: npt.NDArray[np.float64]) -> npt.NDArray[np.float64] | None:
     """(4, 4) what is left of an object's matrix in its own axes: its scale, positive, without turn and place.
 
-    A bake with this matrix is the same wherever the object is turned to.
-
-    Raises:
-        MeshError: if the axes are not at right angles: light cannot be turned into them.
+    A bake with this matrix is the same wherever the object is turned to. None if the axes are not at right angles: light cannot be
+    turned into them.
     """
-    matrix = _own_axes_matrix(np.array(ob.matrix_world))
-    if matrix is None:
-        raise MeshError(Notice(_SHEARED, ob.name).sentence)
-    return matrix
-
-
-def _own_axes_matrix(world: npt.NDArray[np.float64]) -> npt.NDArray[np.float64] | None:
     axes = own_axes(world)
     if not np.allclose(axes.T @ axes, np.eye(3), rtol=0.0, atol=_RIGHT_ANGLE):
         return None

@@ -12,16 +12,18 @@ import bpy
 
 from ..blender.libraries import is_local
 from ..blender.nodes import Graph
+from ..blender.versions import version_of
 from ..light.drivers import STRENGTH, TURN
 from ..light.light import LIGHT
 from ..material.reading import PART
 from .light_nodes import DETAIL, Y_0, Y_1, less_colour, turned_vector
 
-_VERSION = "prt_helper_version"
+_VERSION, _FOR_LENGTH, _LINKS = "prt_helper_version", "prt_limits_length", "prt_links"
+"""Custom properties of a group: our version of it; whether it was built for a Blender that limits length; with how many links."""
 _LIMITS_LENGTH = bpy.app.version >= (5, 1, 0)
 """What EEVEE limits of the light of the sky: see `_ambient`."""
-_CURRENT = 5 if _LIMITS_LENGTH else 4
-
+_CURRENT = 6
+"""Versions 4 and 5 stood for one of ours, on a Blender before 5.1 and since."""
 
 Sockets = dict[str, bpy.types.NodeSocket]
 Kinds = dict[str, str]
@@ -39,7 +41,7 @@ def lamps_group() -> bpy.types.NodeTree:
 
 def renew_lamps_group() -> None:
     """Replace the group of a file that another version of Blender saved, whose EEVEE has another light of the sky."""
-    if any(tree.get(PART) == "PRT Lamps" and is_local(tree) for tree in bpy.data.node_groups):
+    if _replaceable("PRT Lamps"):
         lamps_group()
 
 
@@ -77,7 +79,8 @@ def part_group(
 ) -> bpy.types.NodeTree:
     """The group of a name, built on first use and shared by all materials. Marked as a part, it goes with its last user.
 
-    It takes the place of others of that name: those of other versions, and copies of itself, which appended materials bring along.
+    It takes the place of others of that name: those of older versions or for another Blender, those that have lost sockets or links, and
+    copies of itself, which appended materials bring along.
 
     Args:
         name: of the group.
@@ -85,18 +88,54 @@ def part_group(
         outputs: likewise.
         build: adds the nodes between them; given the inputs, it returns what feeds the outputs.
     """
-    local = [tree for tree in bpy.data.node_groups if tree.get(PART) == name and _VERSION in tree and is_local(tree)]
-    current = next((tree for tree in local if tree[_VERSION] == _CURRENT), None) or _built(name, inputs, outputs, build)
-    for tree in local:
+    sockets = {(label, "INPUT") for label in inputs} | {(label, "OUTPUT") for label in outputs}
+    found = _replaceable(name)
+    usable = (tree for tree in found if _is_current(tree) and is_whole(tree, sockets))
+    current = next(usable, None) or _built(name, inputs, outputs, build)
+    for tree in found:
         if tree != current:
             tree.user_remap(current)
             bpy.data.node_groups.remove(tree)
     return current
 
 
+def _replaceable(name: str) -> list[bpy.types.NodeTree]:
+    """The groups of a name that this version may replace: not those of newer ones, nor of libraries."""
+    named = [tree for tree in bpy.data.node_groups if tree.get(PART) == name and _VERSION in tree and is_local(tree)]
+    return [tree for tree in named if version_of(tree, _VERSION) <= _CURRENT]
+
+
+def _is_current(tree: bpy.types.NodeTree) -> bool:
+    return version_of(tree, _VERSION) == _CURRENT and bool(tree.get(_FOR_LENGTH)) == _LIMITS_LENGTH
+
+
+def is_whole(tree: bpy.types.NodeTree, sockets: set[tuple[str, str]]) -> bool:
+    """Whether a group of ours still works: people may edit it. What they add, or set otherwise, may stay.
+
+    Args:
+        tree: the group.
+        sockets: names and sides ("INPUT", "OUTPUT") of those that it must have.
+    """
+    found = {(item.name, item.in_out) for item in tree.interface.items_tree if item.item_type == "SOCKET"}
+    output = next((node for node in tree.nodes if node.bl_idname == "NodeGroupOutput"), None)
+    is_fed = output is not None and all(entry.is_linked for entry in output.inputs if entry.name)
+    return found >= sockets and is_fed and _keeps_links(tree)
+
+
+def _keeps_links(tree: bpy.types.NodeTree) -> bool:
+    """Whether a group, and those inside of it, have no fewer links than they were built with."""
+    inside = [node.node_tree for node in tree.nodes if node.bl_idname == "ShaderNodeGroup"]
+    return len(tree.links) >= version_of(tree, _LINKS) and all(group and _keeps_links(group) for group in inside)
+
+
+def note_links(tree: bpy.types.NodeTree) -> None:
+    """Note with how many links a group was built: see `is_whole`."""
+    tree[_LINKS] = len(tree.links)
+
+
 def _built(name: str, inputs: Kinds, outputs: Kinds, build: Callable[[Graph, Sockets], Sockets]) -> bpy.types.NodeTree:
     tree = bpy.data.node_groups.new(name, "ShaderNodeTree")
-    tree[PART], tree[_VERSION] = name, _CURRENT
+    tree[PART], tree[_VERSION], tree[_FOR_LENGTH] = name, _CURRENT, _LIMITS_LENGTH
     for sockets, side in ((inputs, "INPUT"), (outputs, "OUTPUT")):
         for label, kind in sockets.items():
             tree.interface.new_socket(label, in_out=side, socket_type=f"NodeSocket{kind}")
@@ -108,6 +147,7 @@ def _built(name: str, inputs: Kinds, outputs: Kinds, build: Callable[[Graph, Soc
     end = graph.add("NodeGroupOutput")
     for label, socket in results.items():
         graph.feed(end.inputs[label], socket)
+    note_links(tree)
     return tree
 
 

@@ -26,6 +26,7 @@ from ..blender.nodes import Graph
 from ..blender.versions import refuse_newer, version_of
 from ..light.drivers import STRENGTH, TURN
 from ..light.light import LIGHT
+from .helper_groups import is_whole, note_links
 from .light_nodes import DETAIL, Y_0, less_colour
 from .relight_parts import (
     axes_of_transport,
@@ -49,16 +50,23 @@ _NAMES: dict[Sides, str] = {"NONE": f"{GROUP} Unbaked", "FRONTS": GROUP, "BOTH":
 def relight_group(sides: Sides = "FRONTS") -> bpy.types.NodeTree:
     """The node group of this version, built on first use and shared by all materials.
 
-    It takes the place of older ones, and of copies of itself, which appended materials bring along.
+    It takes the place of older ones, of those that have lost sockets or links, and of copies of itself, which appended materials bring
+    along.
 
     Args:
         sides: whose transport it reads; that of backs takes three more of the attributes that EEVEE has for a material. One that
             reads none has room for all of the user's own, and relights under skies with lamps alone.
     """
     local = [tree for tree in bpy.data.node_groups if is_relight_group(tree) and is_local(tree)]
+<<<<<<< HEAD
     local = [tree for tree in local if _sides(tree) == sides]
     whole = (tree for tree in local if _version(tree) == GROUP_VERSION and _is_whole(tree))
     current = next(whole, None) or _built(sides)
+=======
+    local = [tree for tree in local if bool(tree.get(_BACKS, False)) is with_backs]
+    whole = (tree for tree in local if _version(tree) == GROUP_VERSION and is_whole(tree, _SOCKETS))
+    current = next(whole, None) or _built(with_backs)
+>>>>>>> said
     for tree in local:
         if tree != current and _version(tree) <= GROUP_VERSION:
             tree.user_remap(current)
@@ -83,13 +91,6 @@ _OUTPUTS = (
     *((name, "Color", "How the light grows with that component of the normal") for name in DETAIL),
 )
 _SOCKETS = {(name, "INPUT") for name, _, _ in _INPUTS} | {(name, "OUTPUT") for name, _, _ in _OUTPUTS}
-
-
-def _is_whole(tree: bpy.types.NodeTree) -> bool:
-    """Whether a group still has the sockets that it was built with, and feeds them: people may edit it."""
-    sockets = {(item.name, item.in_out) for item in tree.interface.items_tree if item.item_type == "SOCKET"}
-    output = next((node for node in tree.nodes if node.bl_idname == "NodeGroupOutput"), None)
-    return sockets >= _SOCKETS and output is not None and all(entry.is_linked for entry in output.inputs if entry.name)
 
 
 def is_relight_group(tree: bpy.types.NodeTree | None) -> bool:
@@ -129,6 +130,7 @@ def _version(tree: bpy.types.NodeTree) -> int:
     return version_of(tree, _VERSION)
 
 
+<<<<<<< HEAD
 def _sides(tree: bpy.types.NodeTree) -> str:
     """What a group reads; before version 8 a mark said whether it reads backs."""
     return str(tree.get(_SIDES, "BOTH" if tree.get("prt_backs") else "FRONTS"))
@@ -138,6 +140,13 @@ def _built(sides: Sides) -> bpy.types.NodeTree:
     tree = bpy.data.node_groups.new(_NAMES[sides], "ShaderNodeTree")
     tree[_VERSION], tree[_SIDES] = GROUP_VERSION, sides
     _build(tree, sides)
+=======
+def _built(with_backs: bool) -> bpy.types.NodeTree:
+    tree = bpy.data.node_groups.new(f"{GROUP} Both Sides" if with_backs else GROUP, "ShaderNodeTree")
+    tree[_VERSION], tree[_BACKS] = GROUP_VERSION, with_backs
+    _build(tree, with_backs)
+    note_links(tree)
+>>>>>>> said
     return tree
 
 

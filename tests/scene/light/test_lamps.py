@@ -225,3 +225,77 @@ def test_lamps_are_keyframed_with_the_light(blender, part, sunny, error):
     assert error() < 0.1
     blender.ops.prt.remove()
     assert not [action.name for action in blender.data.actions if "PRT" in action.name]
+
+
+@pytest.fixture
+def own_lamps(blender, stage, sunny):
+    """Lamps of the user's, called as ours are: one lights the ball alone, one has no shadow of it, one is hidden, one is of a point."""
+    scene, data = blender.context.scene, blender.data
+    collection = data.collections.new("PRT Lamps")
+    scene.collection.children.link(collection)
+    found = []
+    for number, kind in enumerate(("SUN", "SUN", "SUN", "POINT")):
+        light = data.lights.new("PRT Lamp", kind)
+        light.energy, light.color, light.specular_factor = 0.5 + number, (1.0, 0.5, 0.25), 0.75
+        ob = data.objects.new("PRT Lamp", light)
+        ob.location, ob.rotation_euler = (number, 1.0, 3.0), (0.1 * number, 0.2, 0.0)
+        collection.objects.link(ob)
+        found.append(ob)
+    linked = data.collections.new("Linked")
+    linked.objects.link(data.objects["Ball"])
+    found[0].light_linking.receiver_collection = linked
+    found[1].light_linking.blocker_collection = linked
+    found[2].hide_render = found[2].visible_glossy = True
+    found[2].hide_set(True)
+    return found
+
+
+def state_of_lamps(lamps):
+    """All that a user can set of lamps, and where they stand."""
+
+    def settings(block):
+        kinds = {"BOOLEAN", "INT", "FLOAT", "STRING", "ENUM"}
+        values = {p.identifier: getattr(block, p.identifier) for p in block.bl_rna.properties if p.type in kinds}
+        return {name: tuple(one) if hasattr(one, "__len__") and name != "name" else one for name, one in values.items()}
+
+    def linking(ob):
+        sides = (ob.light_linking.receiver_collection, ob.light_linking.blocker_collection)
+        return [side and (side.name, [one.name for one in side.objects]) for side in sides]
+
+    return [
+        {
+            "object": settings(ob),
+            "lamp": settings(ob.data),
+            "matrix": [tuple(row) for row in ob.matrix_world],
+            "linking": linking(ob),
+            "collections": [collection.name for collection in ob.users_collection],
+            "hidden": (ob.hide_get(), ob.hide_render),
+            "parent": ob.parent,
+            "driven": [block.animation_data is not None for block in (ob, ob.data)],
+            "properties": [sorted(block.keys()) for block in (ob, ob.data)],
+        }
+        for ob in lamps
+    ]
+
+
+def test_own_lamps_are_left_alone(blender, part, sunny, own_lamps):
+    """Whatever is projected, baked, followed or removed; even those that are called as ours."""
+    blender.context.view_layer.update()
+    before = state_of_lamps(own_lamps)
+
+    def step(call, count):
+        assert call() == {"FINISHED"}
+        blender.context.view_layer.update()
+        assert state_of_lamps(own_lamps) == before
+        assert len(suns(blender)) == len(own_lamps) + count
+
+    ops = blender.ops.prt
+    step(lambda: ops.project_light(lamps="AUTO"), 1)
+    step(lambda: ops.bake(mode="SHADOWED", samples=8, lamps="AUTO"), 1)
+    sunny.inputs["Rotation"].default_value[2] = 1.0
+    step(lambda: ops.project_light(lamps="EIGHT"), 1)
+    step(lambda: ops.keyframe_light(frame_start=1, frame_end=2), 1)
+    step(lambda: ops.project_light(lamps="NONE"), 0)
+    step(lambda: ops.project_light(lamps="ONE"), 1)
+    step(ops.remove_shading, 1)
+    step(ops.remove, 0)

@@ -73,3 +73,52 @@ def test_attributes_are_counted_as_eevee_does(part, scene, stage):
     assert len(part("slots").attributes_read(output)) == 2 + 1 + 1
     tree.links.new(uv.outputs[0], image.inputs["Vector"])
     assert len(part("slots").attributes_read(output)) == 2 + 1 + 1
+
+
+def with_everything(bpy, stage, count):
+    """A material of a Principled BSDF that reads so many colour attributes, with a bent normal and an alpha."""
+    material = reading(bpy, stage, "Everything", count)
+    tree = material.node_tree
+    old = tree.nodes["Diffuse BSDF"]
+    shader, bump = tree.nodes.new("ShaderNodeBsdfPrincipled"), tree.nodes.new("ShaderNodeBump")
+    tree.links.new(old.inputs["Color"].links[0].from_socket, shader.inputs["Base Color"])
+    tree.links.new(bump.outputs[0], shader.inputs["Normal"])
+    tree.links.new(shader.outputs[0], tree.nodes["Material Output"].inputs["Surface"])
+    tree.nodes.remove(old)
+    shader.inputs["Coat Weight"].default_value, shader.inputs["Alpha"].default_value = 0.5, 0.9
+    return material
+
+
+def attributes_in(tree, kind, names=None):
+    """Names of the attributes of a kind that a node tree reads, in nested groups, too."""
+    names = set() if names is None else names
+    for node in tree.nodes:
+        if getattr(node, "node_tree", None):
+            attributes_in(node.node_tree, kind, names)
+        elif node.bl_idname == "ShaderNodeVertexColor" and kind == "GEOMETRY":
+            names.add(node.layer_name)
+        elif node.bl_idname == "ShaderNodeAttribute" and node.attribute_type == kind:
+            names.add(node.attribute_name)
+    return names
+
+
+@pytest.mark.parametrize(("count", "backs"), [(2, 3), (3, 0), (5, 0)])
+def test_attributes_of_a_material_with_everything_on(blender, part, scene, stage, tmp_path, count, backs):
+    """Lamps, backs, reflections: thirteen of the View Layer and fourteen of the mesh at most, and EEVEE does not show it pink."""
+    stage.environment(stage.picture("Sunny", stage.sunny_sky()))
+    ob = stage.object_of("Sheet", stage.grid(8), with_everything(blender, stage, count))
+    for number in range(count):
+        layer = ob.data.color_attributes.new(f"Paint {number}", "FLOAT_COLOR", "POINT")
+        layer.data.foreach_set("color", np.tile([0.02, 0.1, 0.02, 1.0], len(layer.data)))
+    stage.top_camera(resolution=16)
+    blender.ops.prt.bake(mode="SHADOWED", samples=16, lamps="AUTO")
+    blender.ops.prt.add_reflections()
+    assert [light.users for light in blender.data.lights] == [1]
+    tree = ob.data.materials[0].node_tree
+    assert len(attributes_in(tree, "VIEW_LAYER")) == 13
+    of_the_mesh = attributes_in(tree, "GEOMETRY")
+    assert sum(name.startswith("_PRT_B") for name in of_the_mesh) == backs
+    assert len(of_the_mesh) == 9 + backs + count <= 14
+    assert len(part("slots").attributes_read(tree.get_output_node("EEVEE"))) <= 14
+    red, green, blue, _ = stage.render(tmp_path / "sheet.exr")[8, 8]
+    assert green > red and green > blue, "not pink"

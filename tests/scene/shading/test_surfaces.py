@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Relit surfaces are the user's own, whole: gloss, alpha, glow and lamps, each against Cycles, which shares no shader with us.
+"""Relit surfaces are the user's own, whole: gloss, alpha, glass, glow, lamps and bent normals, each against Cycles, which shares no shader with us.
 
 The sky holds nothing beyond order 2, so that nine coefficients lose none of it. A ball hovers over a floor: it is lit by the
 sky, shadows the floor, and mirrors both.
 """
 
-from math import radians
+from math import cos, radians, sin, tan
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ import pytest
 
 RESOLUTION = 48
 GOLD = (0.9, 0.6, 0.2, 1.0)
+TILT = radians(12.0)
 
 
 @pytest.fixture
@@ -86,6 +87,31 @@ def test_surface_agrees_with_cycles(blender, over_a_floor, compared, surface):
     inputs, most = SURFACES[surface]
     over_a_floor(principled(blender, **inputs))
     error, ratio = compared()
+    assert error < most
+    assert abs(ratio - 1.0) < 0.05
+
+
+LET_THROUGH: dict[str, tuple[dict[str, Any], float]] = {
+    "alpha": ({"Alpha": 0.5, "Roughness": 0.5}, 0.07),
+    "hardly any alpha": ({"Alpha": 0.2, "Roughness": 0.5}, 0.05),
+    "transmission": ({"Transmission_Weight": 1.0, "Roughness": 0.3, "IOR": 1.3}, 0.18),
+    "half transmission": ({"Transmission_Weight": 0.5, "Roughness": 0.5}, 0.08),
+    "subsurface": ({"Subsurface_Weight": 1.0, "Subsurface_Scale": 0.05}, 0.07),
+    "sheen": ({"Sheen_Weight": 1.0}, 0.08),
+}
+
+
+@pytest.mark.parametrize("surface", LET_THROUGH)
+def test_what_lets_light_through_agrees_with_cycles(blender, over_a_floor, compared, surface):
+    """Alpha; glass, whose EEVEE refracts the sky and no floor, and which is the farthest; and what the bake takes for matte: skin, cloth.
+
+    EEVEE draws lots for what is seen through, sample by sample.
+    """
+    inputs, most = LET_THROUGH[surface]
+    over_a_floor(principled(blender, **inputs))
+    blender.context.scene.eevee.taa_render_samples = 32
+    error, ratio = compared()
+    print(f"{surface}: {error:.3f} from Cycles, {ratio:.3f} times as bright")
     assert error < most
     assert abs(ratio - 1.0) < 0.05
 
@@ -209,3 +235,78 @@ def test_what_glows_is_said_to_light_nothing(blender, part, scene, stage):
         stage.object_of(name, stage.cube(), material, (3.0 * number, 0.0, 0.0))
     said = [notice for notice in part("shading").add_shading(scene.objects[:]) if "emits light" in notice.kind.one]
     assert [notice.name for notice in said] == ["Glow"]
+
+
+def tilted_by(material, kind):
+    """Tilt the normal of a flat, horizontal surface towards -x, by a Normal Map or a Bump."""
+    tree = material.node_tree
+    shader = next(node for node in tree.nodes if "Bsdf" in node.bl_idname)
+    node = tree.nodes.new(f"ShaderNode{kind}")
+    if kind == "NormalMap":
+        node.space = "WORLD"
+        node.inputs["Color"].default_value = (*((np.array((-sin(TILT), 0.0, cos(TILT))) + 1.0) / 2.0).tolist(), 1.0)
+    else:
+        place, split, slope = (tree.nodes.new(f"ShaderNode{one}") for one in ("TexCoord", "SeparateXYZ", "Math"))
+        slope.operation, slope.inputs[1].default_value = "MULTIPLY", tan(TILT)
+        tree.links.new(place.outputs["Object"], split.inputs[0])
+        tree.links.new(split.outputs[0], slope.inputs[0])
+        tree.links.new(slope.outputs[0], node.inputs["Height"])
+        node.inputs["Distance"].default_value = 1.0
+    tree.links.new(node.outputs[0], shader.inputs["Normal"])
+
+
+@pytest.fixture
+def sheet(blender, stage):
+    """Put a sheet of a material under the sky and a sun, seen from above."""
+
+    def put(material):
+        stage.environment(stage.picture("Six", stage.six_coloured_sky()), 0.5)
+        lamp(blender, "SUN", 0.0)
+        stage.top_camera(1.0, 8)
+        return stage.object_of("Sheet", stage.grid(1, 2.0), material)
+
+    return put
+
+
+@pytest.fixture
+def colour_of_sheet(blender, stage, tmp_path):
+    """Its colour in an engine, or what a sun of some strength adds to it. It is the same everywhere; the median leaves out where EEVEE's
+    Bump, which compares neighbouring pixels, finds two triangles.
+    """
+
+    def measure(engine, energy):
+        frames = []
+        for strength in (0.0, energy)[: 1 + bool(energy)]:
+            blender.data.objects["Lamp"].data.energy = strength
+            frame = stage.render(tmp_path / "sheet.exr", engine, 1024)
+            frames.append(np.median(frame[..., :3], axis=(0, 1)))
+        return frames[-1] - frames[0] if energy else frames[0]
+
+    return measure
+
+
+BENT = {
+    "soft light": ({"Specular_IOR_Level": 0.0, "Roughness": 1.0}, 0.0, 0.08),
+    "lamps": ({"Specular_IOR_Level": 0.0, "Roughness": 1.0}, 3.0, 0.06),
+    "gloss": ({"Metallic": 1.0, "Roughness": 0.5}, 0.0, 0.15),
+}
+
+
+@pytest.mark.parametrize("what", BENT)
+@pytest.mark.parametrize("kind", ["NormalMap", "Bump"])
+def test_normal_maps_and_bumps_bend(blender, sheet, colour_of_sheet, kind, what):
+    """They change what EEVEE shows as Cycles' picture changes where the sheet itself is turned, which knows no map and no bump."""
+    inputs, energy, most = BENT[what]
+    material = principled(blender, Base_Color=(0.8, 0.8, 0.8, 1.0), **inputs)
+    ob = sheet(material)
+    assert blender.ops.prt.bake(mode="UNSHADOWED", lamps="NONE") == {"FINISHED"}
+    flat, turned = colour_of_sheet("EEVEE", energy), -colour_of_sheet("CYCLES", energy)
+    ob.rotation_euler.y = -TILT
+    turned += colour_of_sheet("CYCLES", energy)
+    ob.rotation_euler.y = 0.0
+    tilted_by(material, kind)
+    blender.context.view_layer.update()
+    bent = colour_of_sheet("EEVEE", energy) - flat
+    wrong = np.linalg.norm(bent - turned) / np.linalg.norm(turned)
+    print(f"{kind}, {what}: {bent} for {turned}, off by {wrong:.3f}")
+    assert wrong < most
