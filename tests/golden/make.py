@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from prt_addon.core.sky.find_lamps import ENOUGH, find_lamps
+from prt_addon.core.sky.projection import project_equirect
 from prt_addon.core.sky.truncation import truncation
 from prt_addon.core.sphere.equirect import texel_directions
-from prt_addon.core.sky.projection import project_equirect
 from tests.core.references import axis_angle, order2, random_directions, random_rotations, sphere_quadrature
 
 HERE = Path(__file__).resolve().parent

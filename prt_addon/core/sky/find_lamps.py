@@ -234,7 +234,7 @@ def _with_lamps(before: _Taken, spots: _Spots, seeds: Float64) -> _Taken:
 def _lamp(middle: Float64, directions: Float64, flux: Float64, radiance: Float64) -> Lamp:
     """A disc in place of texels: their light, and how far that is from the middle."""
     power = float(flux.sum())
-    spread = flux @ (1.0 - directions @ middle) / power
+    spread = float(flux @ (1.0 - directions @ middle)) / power
     radius = float(2.0 * np.sqrt(max(spread, 0.0)))  # of a disc of radius R: mean of angle^2 / 2 is R^2 / 4
     return Lamp(middle, power, radius, float(flux @ radiance) / power)
 

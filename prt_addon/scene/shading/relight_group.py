@@ -26,7 +26,7 @@ from ..blender.nodes import Graph
 from ..blender.versions import refuse_newer, version_of
 from ..light.drivers import STRENGTH, TURN
 from ..light.light import LIGHT
-from .helper_groups import is_whole, note_links
+from .helper_groups import is_whole
 from .light_nodes import DETAIL, Y_0, less_colour
 from .relight_parts import (
     axes_of_transport,
@@ -58,15 +58,9 @@ def relight_group(sides: Sides = "FRONTS") -> bpy.types.NodeTree:
             reads none has room for all of the user's own, and relights under skies with lamps alone.
     """
     local = [tree for tree in bpy.data.node_groups if is_relight_group(tree) and is_local(tree)]
-<<<<<<< HEAD
     local = [tree for tree in local if _sides(tree) == sides]
-    whole = (tree for tree in local if _version(tree) == GROUP_VERSION and _is_whole(tree))
-    current = next(whole, None) or _built(sides)
-=======
-    local = [tree for tree in local if bool(tree.get(_BACKS, False)) is with_backs]
     whole = (tree for tree in local if _version(tree) == GROUP_VERSION and is_whole(tree, _SOCKETS))
-    current = next(whole, None) or _built(with_backs)
->>>>>>> said
+    current = next(whole, None) or _built(sides)
     for tree in local:
         if tree != current and _version(tree) <= GROUP_VERSION:
             tree.user_remap(current)
@@ -130,7 +124,6 @@ def _version(tree: bpy.types.NodeTree) -> int:
     return version_of(tree, _VERSION)
 
 
-<<<<<<< HEAD
 def _sides(tree: bpy.types.NodeTree) -> str:
     """What a group reads; before version 8 a mark said whether it reads backs."""
     return str(tree.get(_SIDES, "BOTH" if tree.get("prt_backs") else "FRONTS"))
@@ -140,13 +133,7 @@ def _built(sides: Sides) -> bpy.types.NodeTree:
     tree = bpy.data.node_groups.new(_NAMES[sides], "ShaderNodeTree")
     tree[_VERSION], tree[_SIDES] = GROUP_VERSION, sides
     _build(tree, sides)
-=======
-def _built(with_backs: bool) -> bpy.types.NodeTree:
-    tree = bpy.data.node_groups.new(f"{GROUP} Both Sides" if with_backs else GROUP, "ShaderNodeTree")
-    tree[_VERSION], tree[_BACKS] = GROUP_VERSION, with_backs
-    _build(tree, with_backs)
     note_links(tree)
->>>>>>> said
     return tree
 
 

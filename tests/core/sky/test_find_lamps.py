@@ -6,7 +6,6 @@ import pytest
 
 from prt_addon.core.sky.find_lamps import ENOUGH, find_lamps
 from prt_addon.core.sky.projection import project_equirect
-from prt_addon.core.sky.truncation import truncation
 from prt_addon.core.sphere.equirect import texel_directions
 
 HEIGHT = 256

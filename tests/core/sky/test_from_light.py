@@ -3,8 +3,8 @@
 
 import numpy as np
 
-from prt_addon.core.sky.from_light import sky_of
 from prt_addon.core.sky.find_lamps import find_lamps
+from prt_addon.core.sky.from_light import sky_of
 from prt_addon.core.sky.lamps import Lamp, Lamps
 from prt_addon.core.sky.projection import project_equirect
 
