@@ -26,7 +26,7 @@ from ..blender.nodes import Graph
 from ..blender.versions import refuse_newer, version_of
 from ..light.drivers import STRENGTH, TURN
 from ..light.light import LIGHT
-from .helper_groups import is_whole
+from .helper_groups import is_whole, note_links
 from .light_nodes import DETAIL, Y_0, less_colour
 from .relight_parts import (
     axes_of_transport,
