@@ -145,7 +145,7 @@ def test_dialogs_begin_with_the_scenes_settings(blender, scene, settings):
     assert set(settings._stored_settings(scene)) == set(mixins(settings))
     shown = {}
 
-    class PRT_OT_shows(*mixins(settings), blender.types.Operator):
+    class PRT_OT_shows(*mixins(settings), blender.types.Operator):  # type: ignore[misc, name-defined]  # of a fixture
         bl_idname, bl_label = "prt.shows", "Shows"
 
         def execute(self, context):
