@@ -9,6 +9,7 @@ import bpy
 
 from ..prt_addon.glances import light_glance
 from ..prt_addon.scene.light import light
+from ..prt_addon.scene.light.lamps import suns_of
 from .tab import Tab, draw_text
 
 _WITH_CUTOFF = {"HANN", "LANCZOS"}
@@ -41,6 +42,8 @@ def draw_light(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     if settings.window in _WITH_CUTOFF:
         column.prop(settings, "cutoff")
     column.prop(settings, "lamps")
+    if hidden := hidden_lamps(context):
+        draw_text(context, layout.column(align=True), hidden, "ERROR")
     if changed := changed_settings(context.scene):
         draw_text(context, layout.column(align=True), _sentence(changed, world), "INFO")
     if light.has_light(world):
@@ -59,6 +62,15 @@ def _has_sky(world: bpy.types.World | None) -> bool:
     """Whether a world has a picture, or another texture of a sky, of its own."""
     nodes = world.node_tree.nodes if world and world.node_tree else ()
     return any(node.bl_idname in {"ShaderNodeTexEnvironment", "ShaderNodeTexSky"} for node in nodes)
+
+
+def hidden_lamps(context: bpy.types.Context) -> str:
+    """A sentence on lamps of the sky that are not seen in the view layer, whose light is missing then; empty if there are none."""
+    world, layer = context.scene.world, context.view_layer
+    suns = suns_of(world) if world else []
+    if all(ob.name in layer.objects and ob.visible_get(view_layer=layer) and not ob.hide_render for ob in suns):
+        return ""
+    return "Lamps of this sky are hidden, and their light is missing: show the collection PRT Lamps."
 
 
 def changed_settings(scene: bpy.types.Scene) -> list[str]:

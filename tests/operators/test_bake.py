@@ -383,7 +383,18 @@ def test_a_group_whose_sockets_are_gone_is_built_anew(blender, part, scene, stag
     stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
     stage.object_of("Ball", stage.icosphere(1), stage.diffuse())
     blender.ops.prt.bake(mode="UNSHADOWED")
-    whole = {"Base Color", "Unbaked", "Surface", "Shading", "Relit", "Sky Seen", "Detail X", "Detail Y", "Detail Z"}
+    whole = {
+        "Base Color",
+        "Unbaked",
+        "Lamps",
+        "Surface",
+        "Shading",
+        "Relit",
+        "Sky Seen",
+        "Detail X",
+        "Detail Y",
+        "Detail Z",
+    }
     for name in ("Base Color", "Shading"):
         [group] = [tree for tree in blender.data.node_groups if "prt_version" in tree]
         item = next(item for item in group.interface.items_tree if item.name == name)

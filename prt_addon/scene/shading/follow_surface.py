@@ -11,7 +11,7 @@ from ..material.colour_nodes import add_part, remove_parts
 from ..material.reading import PART, Constant, read_material
 from .our_nodes import our_nodes, our_output
 from .relight_group import is_newer
-from .surface_nodes import build_surface, follow_numbers, sockets_of, structure, write
+from .surface_nodes import build_surface, follow_numbers, lamps_shine, sockets_of, structure, write
 from .viewport_colour import VIEWPORT, follow_viewport_colour
 
 _SURFACE = "prt_surface"
@@ -59,6 +59,7 @@ def relight_surface(material: bpy.types.Material, group: bpy.types.Node, anew: b
     wanted = structure(reading.output) if whole else _MATTE
     if is_local(material) and (group.get(_SURFACE) != wanted or anew):
         group[_SURFACE] = wanted
+        group.inputs["Lamps"].default_value = float(whole and lamps_shine())
         remove_parts(tree, but=VIEWPORT)
         surface = _relit_where_baked(reading.output, group) if whole else group.outputs["Surface"]
         tree.links.new(surface, our_output(tree).inputs["Surface"])

@@ -2,7 +2,7 @@
 """Builds the node group "PRT Relight": transport from the mesh, light from the world, turned and multiplied in the shader.
 
 The light is turned by the world's Mapping node, and, where the mesh says that its transport is in its object's own
-axes, by the object itself. What lamps show of the sky leaves the direct light; what they send on by bounces stays.
+axes, by the object itself. Where lamps are added, what they show of the sky leaves the direct light; what they send on by bounces stays.
 
 Backs of faces have transport of their own where the mesh has the layers, and the material a group that reads these.
 
@@ -72,6 +72,11 @@ def relight_group(sides: Sides = "FRONTS") -> bpy.types.NodeTree:
 _INPUTS = (
     ("Base Color", "Color", "Albedo of a matte surface, multiplied with the light that reaches it"),
     ("Unbaked", "Shader", "What meshes without baked transport show, under a sky without lamps"),
+    (
+        "Lamps",
+        "Float",
+        "1 where the light of lamps is added to Shading, which leaves out what they show of the sky then; else 0",
+    ),
 )
 _OUTPUTS = (
     ("Surface", "Shader", "A relit matte surface"),
@@ -152,7 +157,7 @@ def _build(tree: bpy.types.NodeTree, sides: Sides) -> None:
     graph.column()
     light = turned_light(graph, [node.outputs["Vector"] for node in light_nodes], axes)
     lamps = turned_light(graph, [node.outputs["Alpha"] for node in light_nodes], axes)
-    colour = less_colour(graph, turn_nodes)
+    colour = graph.vector("MULTIPLY", less_colour(graph, turn_nodes), entries["Lamps"])
     soft = [graph.vector("MULTIPLY_ADD", colour, *pair) for pair in zip(lamps, light, strict=True)]
     graph.column()
     radiance, seen = unshadowed(graph, soft), _traced(graph)

@@ -228,3 +228,31 @@ def test_lamps_of_a_deleted_world(blender, sunny):
     blender.data.worlds.remove(blender.context.scene.world)
     blender.context.view_layer.update()
     assert not suns(blender) and not [one for one in blender.data.collections if "PRT" in one.name]
+
+
+def test_a_material_that_was_baked_where_no_lamp_shone(blender, part, stage, sunny, tmp_path):
+    """It may be linked, and cannot be given the light of lamps: the sun stays in its soft light."""
+    bake(blender, lamps="NONE")
+    soft = at(stage.render(tmp_path / "soft.exr"), stage, 0.0, 0.0)
+    path = blender.app.tempdir + "library.blend"
+    blender.data.libraries.write(path, {sunny})
+    blender.data.objects.remove(sunny)
+    stage.object_of("Other", stage.grid(4, 0.4), stage.diffuse("Other", WHITE), (1.2, 1.2, 0.0))
+    with blender.data.libraries.load(path, link=True) as (_, wanted):
+        wanted.objects = ["Patch"]
+    blender.context.scene.collection.objects.link(wanted.objects[0])
+    blender.ops.object.select_all(action="DESELECT")
+    select(blender, blender.data.objects["Other"])
+    bake(blender)
+    assert suns(blender)
+    shown = stage.render(tmp_path / "shown.exr")
+    np.testing.assert_allclose(at(shown, stage, 0.0, 0.0), soft, rtol=0.01)
+
+
+def test_hidden_lamps_are_named_in_the_panel(blender, sunny):
+    from bl_ext.dev.prt_relight.ui.light import hidden_lamps
+
+    bake(blender)
+    assert hidden_lamps(blender.context) == ""
+    blender.context.view_layer.layer_collection.children["PRT Lamps"].exclude = True
+    assert "PRT Lamps" in hidden_lamps(blender.context)
