@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Lamps of the sky light all that is relit, once, wherever it comes from and whatever is done with it afterwards."""
 
+import importlib
+
 import numpy as np
 import pytest
 
@@ -250,8 +252,9 @@ def test_a_material_that_was_baked_where_no_lamp_shone(blender, part, stage, sun
 
 
 def test_hidden_lamps_are_named_in_the_panel(blender, sunny):
-    from bl_ext.dev.prt_relight.ui.light import hidden_lamps
+    import headless
 
+    hidden_lamps = importlib.import_module(f"{headless.PACKAGE}.ui.light").hidden_lamps
     bake(blender)
     assert hidden_lamps(blender.context) == ""
     blender.context.view_layer.layer_collection.children["PRT Lamps"].exclude = True
