@@ -51,6 +51,8 @@ def whole() -> Iterator[Experiment]:
         yield f"first_picture {size}", partial(run.first_picture, size, 3 if size < 1_000_000 else 1)
     for lamps in (0, 1, 4):
         yield f"eevee_frames {lamps}", partial(run.eevee_frames, lamps, 5)
+    for lamps in (0, 1):
+        yield f"first_frames {lamps}", partial(run.first_frames, lamps, 2)
     yield "page_frames", lambda: run.page_frames(100_000)
 
 

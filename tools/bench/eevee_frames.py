@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Times EEVEE's frames of relit materials beside the user's own alone, by turns. Import `headless` first.
+"""Times EEVEE's frames of relit materials beside the user's own alone, by turns, and the first frames of a process, which wait for
+shaders to be compiled. Import `headless` first.
 
 A third material has EEVEE light the user's surface and, in *Shader to RGB*, a white one more: no way to tell lamps from the sky in
 a shader costs less.
@@ -7,8 +8,12 @@ a shader costs less.
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from collections.abc import Callable
 from dataclasses import asdict
+from functools import partial
 from math import radians
 from pathlib import Path
 from typing import Any
@@ -44,6 +49,34 @@ def eevee_frames(lamps: int, turns: int, folder: Path) -> dict[str, Any]:
     times = by_turns(runs, turns)
     ratios = {name: asdict(ratio(times, number, 0)) for name, number in (("relit", 1), ("second", 2))}
     return {"lamps": lamps, "alone": asdict(median([turn[0] for turn in times])), **ratios}
+
+
+def first_frames(lamps: int, turns: int, folder: Path) -> dict[str, Any]:
+    """Ratio to the first frame of a process that shows the user's material alone: of one that shows the relit one, nothing kept by the driver.
+
+    Args:
+        lamps: suns in the scene.
+        turns: of both.
+        folder: where files and frames are written.
+    """
+    objects = blender_scene.court(20_000, sides="AUTO")
+    _surroundings(lamps)
+    bpy.context.scene.render.filepath = str(folder / "frame.png")
+    paths = [folder / "own.blend", folder / "relit.blend"]
+    bpy.ops.wm.save_as_mainfile(filepath=str(paths[0]), copy=True)
+    bpy.ops.prt.bake(mode="SHADOWED", samples=16)
+    bpy.ops.wm.save_as_mainfile(filepath=str(paths[1]), copy=True)
+    times = by_turns([partial(_in_a_process, path) for path in paths], turns)
+    alone = asdict(median([turn[0] for turn in times]))
+    return {"lamps": lamps, "materials": len(objects), "alone": alone, "relit": asdict(ratio(times, 1, 0))}
+
+
+def _in_a_process(path: Path) -> Seconds:
+    """A process that opens a file, renders a frame and ends."""
+    script = "import sys, bpy; bpy.ops.wm.open_mainfile(filepath=sys.argv[1]); bpy.ops.render.render()"
+    command = [sys.executable, "-c", script, str(path)]
+    environment = os.environ | {"MESA_SHADER_CACHE_DISABLE": "true"}
+    return timed(lambda: subprocess.run(command, env=environment, check=True, stdout=subprocess.DEVNULL))
 
 
 def _frames(worn: dict[bpy.types.Object, bpy.types.Material], path: Path) -> Callable[[], Seconds]:

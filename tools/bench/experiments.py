@@ -277,6 +277,14 @@ def eevee_frames(lamps: int, turns: int) -> Result:
         return frames.eevee_frames(lamps, turns, Path(folder))
 
 
+def first_frames(lamps: int, turns: int) -> Result:
+    """First frames of a process, relit over the user's material alone; see `eevee_frames`. Needs `headless`' extension."""
+    import eevee_frames as frames
+
+    with TemporaryDirectory() as folder:
+        return frames.first_frames(lamps, turns, Path(folder))
+
+
 def page_frames(vertices: int) -> Result:
     """Frames of an exported page in a browser that draws by software; see `pages`."""
     import pages

@@ -127,6 +127,12 @@ def _eevee_frames(result: dict[str, Any]) -> Iterator[Row]:
     yield "That with a white surface lit for a shader to read, and no transport", _both(result["second"]), ""
 
 
+def _first_frames(result: dict[str, Any]) -> Iterator[Row]:
+    lamps = f"{result['lamps']} lamp{'' if result['lamps'] == 1 else 's'}"
+    what = f"The first frame of a process, shaders compiled anew, over that of the users' {result['materials']} materials alone, {lamps}"
+    yield what, _both(result["relit"]), "<= 1.50"
+
+
 def _page_frames(result: dict[str, Any]) -> Iterator[Row]:
     for what, key in (("the camera moves", "camera"), ("the sky turns", "sky")):
         frame = result[key]
@@ -147,6 +153,7 @@ _ROWS = {
     "previews": _previews,
     "first_picture": _first_picture,
     "eevee_frames": _eevee_frames,
+    "first_frames": _first_frames,
     "page_frames": _page_frames,
 }
 
