@@ -19,7 +19,6 @@ from ..prt_addon.core.report.document import PARTS, VERSION, advice_lines, pictu
 from ..prt_addon.core.report.findings import Effort
 from ..prt_addon.scene.bake.freshness import freshness
 from ..prt_addon.scene.blender.modes import Place, found_again, object_mode
-from ..prt_addon.scene.light import light
 from ..prt_addon.scene.mesh import heat_map, temporary_layer
 from ..prt_addon.scene.preferences import engine_patience
 from ..prt_addon.scene.report import compare, report
@@ -71,7 +70,7 @@ class PRT_OT_report(JobOperator, ReportProperties, bpy.types.Operator):
         objects = report.baked_objects(context)
         if "END_TO_END" in self.parts:
             compare.check_pictures(scene, objects)
-        self._light = light = report.read_lighting(scene)
+        self._light, self._shown = report.read_lighting(scene), report.shows_lamps(scene.world)
         self._stale = _stale(context, objects)
         self._warn(self._stale)
         self._file = self._path()
@@ -85,7 +84,7 @@ class PRT_OT_report(JobOperator, ReportProperties, bpy.types.Operator):
         return Job(
             tasks.measure,
             [one.subject for one in self._baked],
-            light,
+            self._light,
             effort,
             bool(self.parts & set(PARTS)),
             self.heat_map,
@@ -107,8 +106,7 @@ class PRT_OT_report(JobOperator, ReportProperties, bpy.types.Operator):
         objects = [found_again(bpy.data.objects, "Object", one.name) for one in self._baked]
         document: dict[str, Any] = {"version": VERSION, "scene": context.scene.name, "stale": self._stale}
         if found := [one.findings for one in result if one.findings]:
-            lamps = bool(light.read_lamps(context.scene.world).any())
-            document |= surface_report(found, self._light.suns.share, self.parts & set(PARTS), lamps)
+            document |= surface_report(found, self._light.lamps, self.parts & set(PARTS), self._shown)
         with object_mode(context):
             for ob, baked, measured in zip(objects, self._baked, result, strict=True):
                 temporary_layer.take_back(ob.data)  # of an earlier report

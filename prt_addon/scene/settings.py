@@ -121,7 +121,7 @@ WINDOWS = [
 
 
 LAMPS = [
-    ("NONE", "None", "Suns and lamps of the sky stay a soft glow"),
+    ("NONE", "None", "Bright spots of the sky stay a soft glow"),
     ("ONE", "One", "The brightest spot: a sun"),
     ("FOUR", "Up to 4", "The four brightest spots"),
     ("EIGHT", "Up to 8", "The eight brightest spots: EEVEE takes longer for each"),
@@ -144,7 +144,7 @@ class LightProperties:
     )
     lamps: EnumProperty(  # type: ignore[valid-type]
         name="Extract Lamps",
-        description="Which spots of the sky, such as suns, light baked surfaces in EEVEE as lamps with sharp shadows",
+        description="Which spots of the sky, such as suns and windows, light baked surfaces in EEVEE as lamps with shadows of their own",
         items=LAMPS,
         default="AUTO",
     )

@@ -43,6 +43,12 @@ def share_of_disc(radius, times):
     return times * cap / (times * cap + 4.0 * np.pi - cap)
 
 
+def mean(picture):
+    """Radiance of a panorama all around, over the channels."""
+    _, area = texels(len(picture))
+    return float((picture.astype(float) * area[..., None]).sum() / (4.0 * np.pi * 3))
+
+
 def with_band(picture, band, amount):
     """A panorama times `1 + amount P_band(z)`."""
     middles, _ = texels(len(picture))

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import ceil, hypot, log2, sqrt
 
+from ..sky.lamps import Lamps
 from .measures import Estimate, percent
 from .picture import PictureDifference
 from .sampling import Sampling
@@ -42,27 +43,22 @@ def about_sampling(part: Sampling, others: float, samples: int) -> str:
     return f"Bake with {times * samples} samples: about {left} of noise would be left of {percent(noise)}."
 
 
-def about_truncation(part: Truncation, suns: float, lamps: bool) -> str:
-    """Say whether the order or a sun is to blame.
+def about_truncation(part: Truncation, lamps: Lamps, shown: bool) -> str:
+    """Say whether the order is to blame, or that lamps should show parts of the sky.
 
     Args:
         part: the truncation that was found.
-        suns: share of the light that they carry.
-        lamps: whether lamps show them in EEVEE.
+        lamps: that were found in the sky.
+        shown: whether they light in EEVEE.
     """
     if not part.relative_rms.is_known:
         return "No light reaches the surface."
     loss = part.relative_rms.value
-    sun = f"The sun carries {percent(suns)} of the light"
     if loss <= ENOUGH:
         return f"{percent(loss)}: order 2 is enough for this light."
-    if part.without_suns and part.without_suns.value <= _WORTH_IT * loss:
-        left = f"{percent(part.without_suns.value)} of {percent(loss)}"
-        return (
-            f"{sun}, which a lamp shows in EEVEE: {left} is left."
-            if lamps
-            else f"{sun}: Extract Lamps would leave {left}."
-        )
+    if part.without_lamps and part.without_lamps.value <= _WORTH_IT * loss:
+        left = f"{percent(part.without_lamps.value)} of {percent(loss)}"
+        return f"{_carried(lamps, shown)}: {f'{left} is left' if shown else f'Extract Lamps would leave {left}'}."
     window = part.by_order[2].value
     if window <= _WORTH_IT * loss:
         return (
@@ -71,7 +67,15 @@ def about_truncation(part: Truncation, suns: float, lamps: bool) -> str:
     higher = (
         f"Order 3 would leave {percent(part.by_order[3].value)} of {percent(loss)}{_halved(part.by_order[3], loss)}."
     )
-    return f"{sun}. {higher}" if part.without_suns else higher
+    return f"{_carried(lamps, shown)}. {higher}" if part.without_lamps else higher
+
+
+def _carried(lamps: Lamps, shown: bool) -> str:
+    count, share = len(lamps.lamps), percent(lamps.share)
+    if not shown:
+        return f"{count} lamp{'s' if count > 1 else ''} would carry {share} of the light"
+    carry, show = ("s carry", "show") if count > 1 else (" carries", "shows")
+    return f"{count} lamp{carry} {share} of the light, and {show} it in EEVEE"
 
 
 def about_tessellation(part: Tessellation, others: float) -> str:

@@ -8,6 +8,7 @@ from math import isfinite
 from typing import Any
 
 from ..problem import BOUNCING
+from ..sky.lamps import Lamps
 from .advice import about_pictures, about_rest, about_sampling, about_seams, about_tessellation, about_truncation
 from .findings import Findings
 from .measures import CONVERGED, Estimate
@@ -18,7 +19,7 @@ from .tessellation import Tessellation, tessellation
 from .total import Total, total
 from .truncation import Truncation, truncation
 
-VERSION = 1
+VERSION = 2
 
 PARTS = ("SAMPLING", "TRUNCATION", "TESSELLATION")
 
@@ -30,20 +31,20 @@ MEASURE = (
 Json = dict[str, Any]
 
 
-def surface_report(found: Sequence[Findings], suns: float, parts: Collection[str], lamps: bool = False) -> Json:
+def surface_report(found: Sequence[Findings], lamps: Lamps, parts: Collection[str], shown: bool = False) -> Json:
     """Report all that was found, for all objects together and for each.
 
     Args:
         found: of each object.
-        suns: share of the sky's light that its suns carry.
+        lamps: that were found in the sky.
         parts: which of `PARTS` are wanted.
-        lamps: whether lamps show the suns in EEVEE.
+        shown: whether they light in EEVEE.
     """
     everything = _numbers(found, parts)
     return {
         "measure": MEASURE,
-        "suns": {"share_of_light": _plain(suns), "shown_by_lamps": lamps},
-        "all": everything | {"advice": _advice(found, suns, parts, lamps)},
+        "lamps": {"count": len(lamps.lamps), "share_of_light": _plain(lamps.share), "shown": shown},
+        "all": everything | {"advice": _advice(found, lamps, parts, shown)},
         "objects": [_about(one) | _numbers([one], parts) for one in found],
     }
 
@@ -64,12 +65,12 @@ def _numbers(found: Sequence[Findings], parts: Collection[str]) -> Json:
     return numbers
 
 
-def _advice(found: Sequence[Findings], suns: float, parts: Collection[str], lamps: bool) -> Json:
+def _advice(found: Sequence[Findings], lamps: Lamps, parts: Collection[str], shown: bool) -> Json:
     noise, loss, bend = sampling(found), truncation(found), tessellation(found)
     errors = [part.relative_rms.value for part in (noise, loss, bend)]
     lines = {
         "SAMPLING": about_sampling(noise, max(errors[1:]), max((one.samples for one in found), default=0)),
-        "TRUNCATION": about_truncation(loss, suns, lamps),
+        "TRUNCATION": about_truncation(loss, lamps, shown),
         "TESSELLATION": about_tessellation(bend, max(errors[:2])),
     }
     advice: Json = {part.lower(): line for part, line in lines.items() if part in parts}
@@ -100,7 +101,7 @@ def _truncation(part: Truncation) -> Json:
     return {
         "relative_rms": with_interval(part.relative_rms),
         "by_order": {str(order): with_interval(one) for order, one in part.by_order.items()},
-        "without_suns": with_interval(part.without_suns) if part.without_suns else None,
+        "without_lamps": with_interval(part.without_lamps) if part.without_lamps else None,
         "reference_interval": _plain(part.reference_interval),
         "reference_converged": part.reference_interval <= CONVERGED,
     }

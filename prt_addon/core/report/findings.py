@@ -50,7 +50,7 @@ class Findings:
         truth: (2, n, 3) what arrives.
         truncated: (2, n, 3) what the light stored on the world would show, of transport without noise.
         orders: (2, 6, n, 3) the same of the sky in orders 1 to 6, none windowed.
-        sunless: (2, n, 3) what the stored order loses of the sky without its suns; None if it has none.
+        without_lamps: (2, n, 3) what order 2 loses of the sky without its lamps, against what arrives of that; None if it has none.
         at_points: (2, m, 3) what fresh bakes show at m of the points, m < n where the bake had many samples, and
         between: (2, m, 3) what they show there if they are made at the corners and interpolated.
         fresh: (m,) which points these are.
@@ -66,7 +66,7 @@ class Findings:
     truth: Float64
     truncated: Float64
     orders: Float64
-    sunless: Float64 | None
+    without_lamps: Float64 | None
     at_points: Float64
     between: Float64
     fresh: npt.NDArray[np.int64]
@@ -98,9 +98,9 @@ def find(subject: Subject, light: Lighting, effort: Effort, workers: Workers = A
     projected = light.projected(subject.axes)
     truncated = _clamped_twice(dot(transport[:, :, : len(shown_light)], shown_light))
     orders = [_clamped_twice(_truncated(transport, projected[0], order)) for order in ORDERS]
-    sunless = None
-    if light.suns.matter:
-        sunless = _clamped_twice(_truncated(transport, projected[1], sh.ORDER)) - radiance[:, :, 1]
+    without_lamps = None
+    if light.lamps.lamps:
+        without_lamps = _clamped_twice(_truncated(transport, projected[1], sh.ORDER)) - radiance[:, :, 1]
     rays = 2 * (1 + 3) * subject.settings.samples if subject.casts_rays else 1
     fresh = with_corners[_thinned(len(with_corners), rays)]
     at_points, between = _fresh(subject, _some(clear, fresh), shown_light, effort, workers)
@@ -111,7 +111,7 @@ def find(subject: Subject, light: Lighting, effort: Effort, workers: Workers = A
         truth=radiance[:, :, 0],
         truncated=truncated,
         orders=np.stack(orders, axis=1),
-        sunless=sunless,
+        without_lamps=without_lamps,
         at_points=at_points,
         between=between,
         fresh=fresh,

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from ..arrays import Float32, Float64, Int64
 from ..problem import BakeSettings, Occluders, ReceiverGroup
+from ..sky.find_lamps import extract_lamps
 from ..sky.projection import project_equirect
 from ..sky.sampler import Skylight
 from ..sphere.rotation import rotation_matrix
@@ -20,7 +21,6 @@ from ..transport.direct import Receivers
 from ..transport.inside import Surroundings
 from ..transport.raycast import RayScene
 from .path_tracer import Bounces
-from .suns import Suns, find_suns
 
 ORDERS = (1, 2, 3, 4, 5, 6)
 """Whose truncation a report measures."""
@@ -31,15 +31,16 @@ _PATIENCE = 16  # bounces traced where a bake went on until its tolerance: less 
 class Lighting:
     """The light on the world: the sky as it is, and the SH light that the shader gets instead."""
 
-    def __init__(self, picture: Float32, turn: Float64, stored: Float64) -> None:
+    def __init__(self, picture: Float32, turn: Float64, stored: Float64, rule: tuple[int, float]) -> None:
         """
         Args:
             picture: (H, W, 3) equirectangular radiance, strength included, row 0 at the bottom.
             turn: (3, 3) R: along w, the sky shows what the picture holds along R w.
             stored: (9, 3) the SH light as it is shown: turned, scaled, windowed.
+            rule: which lamps could show parts of the sky instead, or do so: how many at most, and under which truncation no more.
         """
-        self.suns: Suns = find_suns(picture)
-        pictures = [picture, self.suns.without] if self.suns.matter else [picture]
+        self.lamps, without = extract_lamps(picture, *rule)
+        pictures = [picture, without] if self.lamps.lamps else [picture]
         self.turn, self.stored = turn, stored
         self._sky = Skylight(np.stack(pictures), turn)
         self._projected = [project_equirect(one, ORDERS[-1]) for one in pictures]

@@ -13,9 +13,8 @@ from functools import cached_property
 from math import pi
 
 import numpy as np
-import numpy.typing as npt
 
-from ..arrays import Float32, Float64
+from ..arrays import Float32, Float64, Int64
 from ..sphere import sh
 from ..sphere.equirect import directions_at, solid_angles, texels_along
 from .lamps import Lamp, Lamps
@@ -45,7 +44,7 @@ class _Kind:
     reach: float
     heart: float = 0.0
 
-    def near(self, directions: Float64, middles: Float64) -> npt.NDArray[np.int64]:
+    def near(self, directions: Float64, middles: Float64) -> Int64:
         """(N,) the nearest of the middles (M, 3) of spots for each direction (N, 3); -1 where none is in reach."""
         cosines = directions @ middles.T
         return np.where(cosines.max(axis=-1) >= np.cos(self.reach), cosines.argmax(axis=-1), -1)
@@ -68,12 +67,26 @@ def find_lamps(picture: Float32, most: int, enough: float = 0.0) -> Lamps:
         enough: no more compact lamps than bring the truncation under this; with 0, as many as there are. There are never more wide ones
             than bring it under `ENOUGH`.
     """
-    if not most:
-        return Lamps()
     sky = _Sky(picture)
-    compact = _found(sky, _Taken(), _bright_texels(sky, _COMPACT), most, enough)
-    wide = _bright_texels(sky, _WIDE, compact.lamps) if len(compact.lamps) < most else None
-    return _found(sky, compact, wide, most, ENOUGH).shared(sky)
+    _, found = _compact_and_all(sky, most, enough)
+    return found.shared(sky)
+
+
+def extract_lamps(picture: Float32, most: int, enough: float = 0.0) -> tuple[Lamps, Float32]:
+    """The lamps that `find_lamps` finds, and the picture without the light that was taken for them.
+
+    Only what exceeds the brightness of its kind goes, so that spots are left in their own colours, as bright as the dimmest that are
+    taken. Pictures higher than `_CELLS` lose it texel by texel, the lamps cell by cell: at the edge of a reach they may differ by a cell.
+
+    Returns:
+        The lamps; a picture of its own, or the one that was given if there are none.
+    """
+    sky = _Sky(picture)
+    compact, found = _compact_and_all(sky, most, enough)
+    rest = picture.copy() if found.lamps else picture
+    _dim(rest, sky, _COMPACT, compact.lamps)
+    _dim(rest, sky, _WIDE, found.lamps[len(compact.lamps) :])
+    return found.shared(sky), rest
 
 
 @dataclass(frozen=True)
@@ -97,6 +110,14 @@ class _Sky:
     def mean(self) -> float:
         """Its radiance, all around and over the channels."""
         return float(self.whole.mean() / (4.0 * pi))
+
+    def brighter(self, kind: _Kind) -> tuple[Int64, Int64, Float64]:
+        """(N,) rows, (N,) columns and (N, 3) directions of the texels that are as bright as spots of a kind."""
+        height, width = self.picture.shape[:2]
+        threshold = kind.brightness * self.mean
+        found = [np.flatnonzero(row.mean(axis=-1) > threshold) for row in self.picture]  # row by row: copies stay small
+        rows, columns = np.repeat(np.arange(height), [len(one) for one in found]), np.concatenate(found)
+        return rows, columns, directions_at(rows + 0.5, (columns + 0.5) * (2.0 * height / width), height)
 
 
 @dataclass(frozen=True)
@@ -157,6 +178,33 @@ class _Spots:
         return _Spots(self.kind, self.least, towards, excess, weighted[:, 0] / excess.mean(axis=-1))
 
 
+def _compact_and_all(sky: _Sky, most: int, enough: float) -> tuple[_Taken, _Taken]:
+    """The compact lamps of a sky, and these with the wide ones after them; arguments as those of `find_lamps`."""
+    if not most:
+        return _Taken(), _Taken()
+    compact = _found(sky, _Taken(), _bright_texels(sky, _COMPACT), most, enough)
+    wide = _bright_texels(sky, _WIDE, compact.lamps) if len(compact.lamps) < most else None
+    return compact, _found(sky, compact, wide, most, ENOUGH)
+
+
+def _dim(rest: Float32, sky: _Sky, kind: _Kind, lamps: tuple[Lamp, ...]) -> None:
+    """Take out of a picture, in place, by what texels in reach of lamps of a kind are too bright."""
+    if not lamps:
+        return
+    rows, columns, directions = sky.brighter(kind)
+    near = kind.near(directions, _middles(lamps)) >= 0
+    rows, columns = rows[near], columns[near]
+    rgb = rest[rows, columns].astype(np.float64)
+    radiance = np.maximum(rgb, 0.0).mean(axis=-1, keepdims=True)
+    kept = np.minimum(kind.brightness * sky.mean / radiance, 1.0)
+    rest[rows, columns] = np.where(rgb > 0.0, kept * rgb, rgb)  # lamps take no negative light
+
+
+def _middles(lamps: tuple[Lamp, ...]) -> Float64:
+    """(M, 3)."""
+    return np.array([lamp.direction for lamp in lamps])
+
+
 def _bright_texels(sky: _Sky, kind: _Kind, compact: tuple[Lamp, ...] = ()) -> _Spots | None:
     """The spots of a kind; None if there are none.
 
@@ -167,16 +215,14 @@ def _bright_texels(sky: _Sky, kind: _Kind, compact: tuple[Lamp, ...] = ()) -> _S
     """
     height, width = sky.picture.shape[:2]
     threshold = kind.brightness * sky.mean
-    found = [np.flatnonzero(row.mean(axis=-1) > threshold) for row in sky.picture]  # row by row: copies stay small
-    rows, columns = np.repeat(np.arange(height), [len(one) for one in found]), np.concatenate(found)
+    rows, columns, directions = sky.brighter(kind)
     if not len(rows):
         return None
-    directions = directions_at(rows + 0.5, (columns + 0.5) * (2.0 * height / width), height)
     rgb = np.maximum(sky.picture[rows, columns].astype(np.float64), 0.0)
     radiance = rgb.mean(axis=-1)
     left = radiance
     if compact:
-        taken = _COMPACT.near(directions, np.array([lamp.direction for lamp in compact])) >= 0
+        taken = _COMPACT.near(directions, _middles(compact)) >= 0
         left = np.where(taken, np.minimum(radiance, _COMPACT.brightness * sky.mean), radiance)
     excess = rgb * ((left - threshold) / radiance * solid_angles(height, width)[rows])[:, None]
     return _Spots(kind, kind.heart * sky.mean, directions, excess, radiance).gathered(min(height, _CELLS))

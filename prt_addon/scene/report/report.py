@@ -25,7 +25,7 @@ from ..mesh import layers
 from ..mesh.carrier import transport_mesh
 from ..mesh.meshes import ObjectReceivers, own_axes
 from ..mesh.record import BakeRecord, read_record
-from ..sky.projection import sky_picture
+from ..sky.projection import lamp_rule, sky_picture
 from ..sky.sky import read_sky
 
 LAST_REPORT = "prt_report"
@@ -114,7 +114,17 @@ def read_lighting(scene: bpy.types.Scene) -> Lighting:
     """
     picture, turn = sky_as_projected(scene)
     stored = light.shown_light(scene.world)
-    return Lighting(reduced(picture) * np.float32(light.strength_of(scene.world)), turn, stored)
+    wanted = light.light_settings_of(scene.world).lamps if shows_lamps(scene.world) else "AUTO"
+    picture = reduced(picture) * np.float32(light.strength_of(scene.world))
+    found = Lighting(picture, turn, stored, lamp_rule(wanted))
+    if found.lamps.lamps or not read_sky(scene).has_sun_disc:
+        return found
+    return Lighting(picture, turn, stored, lamp_rule("ONE"))  # as the projection has it
+
+
+def shows_lamps(world: bpy.types.World) -> bool:
+    """Whether lamps of its sky light in EEVEE, in place of their part of the stored light. It must have a light."""
+    return bool(light.read_lamps(world).any())
 
 
 def sky_as_projected(scene: bpy.types.Scene) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float64]]:

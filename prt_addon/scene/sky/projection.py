@@ -61,7 +61,7 @@ class Projection:
         sentences = [self.way]
         if count := len(self.lamps.lamps):
             sentences.append(
-                f"{count} lamp{'s show' if count > 1 else ' shows'} {self.lamps.share:.0%} of the sky's light, with sharp shadows."
+                f"{count} lamp{'s show' if count > 1 else ' shows'} {self.lamps.share:.0%} of the sky's light, shadows and all."
             )
         if self.settings.window != "NONE":
             kept = " and ".join(f"{factor:.0%}" for factor in self.factors[1:])

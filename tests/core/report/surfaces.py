@@ -6,6 +6,7 @@ import numpy as np
 from prt_addon.core.problem import Occluders, ReceiverGroup
 from prt_addon.core.report.findings import Effort
 from prt_addon.core.report.subject import Lighting, Scenery, Subject
+from prt_addon.core.sky.find_lamps import ENOUGH
 from prt_addon.core.sky.projection import project_equirect
 from prt_addon.core.sphere import sh
 from prt_addon.core.sphere.rotation import rotation_matrix
@@ -17,6 +18,9 @@ FEW = Effort(points=128, samples=64)
 
 
 SCENE = np.eye(3)
+
+AUTOMATIC = 4, ENOUGH
+"""Rule of the lamps that are looked for."""
 
 
 def directions(height, width):
@@ -43,7 +47,7 @@ def sunny_sky():
 
 def light_of(pixels, turn=SCENE):
     """The sky, and its projection as the world would store it."""
-    return Lighting(pixels, turn, rotation_matrix(turn.T) @ project_equirect(pixels))
+    return Lighting(pixels, turn, rotation_matrix(turn.T) @ project_equirect(pixels), AUTOMATIC)
 
 
 def subjects_of(parts, settings, colours=None, **bake_options):

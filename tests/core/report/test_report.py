@@ -15,6 +15,7 @@ from prt_addon.core.report.sampling import sampling
 from prt_addon.core.report.tessellation import tessellation
 from prt_addon.core.report.total import total
 from prt_addon.core.report.truncation import truncation
+from prt_addon.core.sky.lamps import Lamps
 from tests.core import shapes
 from tests.core.references import axis_angle, random_rotations
 from tests.core.report.surfaces import FEW, floor, half, light_of, smooth_sky, subjects_of, sunny_sky
@@ -93,7 +94,7 @@ def test_the_object_that_needs_it_is_named():
     found = [find(one, light, FEW) for one in subjects_of(parts, BakeSettings("SHADOWED", 64))]
     shares = tessellation(found).shares
     assert shares["floor"] > 0.8 and sum(shares.values()) == pytest.approx(1.0)
-    advice = surface_report(found, 0.0, PARTS)["all"]["advice"]["tessellation"]
+    advice = surface_report(found, Lamps(), PARTS)["all"]["advice"]["tessellation"]
     assert advice.startswith("Subdivide 'floor'")
 
 
@@ -144,7 +145,9 @@ def test_same_numbers_again_and_others_for_another_seed():
         light_of(sunny_sky()),
         subjects_of({"ball": shapes.bumpy_sphere(3)}, BakeSettings("SHADOWED", 16)),
     )
-    one, again, other = (surface_report([find(subject, light, Effort(64, 16, seed))], 0.5, PARTS) for seed in (0, 0, 1))
+    one, again, other = (
+        surface_report([find(subject, light, Effort(64, 16, seed))], light.lamps, PARTS) for seed in (0, 0, 1)
+    )
     assert one == again != other
 
 
@@ -176,18 +179,18 @@ def test_nothing_to_measure_is_unknown_and_no_error():
     """A black sky, and a surface without area."""
     dark = np.zeros((8, 16, 3), dtype=np.float32)
     [subject] = subjects_of({"ball": shapes.icosphere(2)}, BakeSettings("SHADOWED", 16))
-    document = surface_report([find(subject, light_of(dark), FEW)], 0.0, PARTS)
+    document = surface_report([find(subject, light_of(dark), FEW)], Lamps(), PARTS)
     assert document["all"]["total"]["relative_rms"]["value"] is None
     assert document["all"]["advice"]["sampling"] == "No light reaches the surface."
     flat = replace(subject, corners=np.zeros_like(subject.corners))
-    assert surface_report([find(flat, light_of(smooth_sky()), FEW)], 0.0, PARTS)["objects"][0]["points"] == 0
+    assert surface_report([find(flat, light_of(smooth_sky()), FEW)], Lamps(), PARTS)["objects"][0]["points"] == 0
 
 
 def test_advice_on_samples_is_true():
     """The number that is named brings the noise to where it says."""
     parts, light = floor(32), light_of(smooth_sky())
     found = [find(subjects_of(parts, BakeSettings("SHADOWED", 8))[0], light, Effort(512, 16))]
-    advice = surface_report(found, 0.0, PARTS)["all"]["advice"]["sampling"]
+    advice = surface_report(found, Lamps(), PARTS)["all"]["advice"]["sampling"]
     samples = int(advice.split()[2])
     better = sampling([find(subjects_of(parts, BakeSettings("SHADOWED", samples))[0], light, Effort(512, 16))])
     assert better.relative_rms.value < 0.5 * sampling(found).relative_rms.value

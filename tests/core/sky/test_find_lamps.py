@@ -4,9 +4,9 @@
 import numpy as np
 import pytest
 
-from prt_addon.core.sky.find_lamps import ENOUGH, find_lamps
+from prt_addon.core.sky.find_lamps import ENOUGH, extract_lamps, find_lamps
 from prt_addon.core.sky.projection import project_equirect
-from prt_addon.core.sphere.equirect import texel_directions
+from prt_addon.core.sphere.equirect import solid_angles, texel_directions
 
 HEIGHT = 256
 DIRECTIONS = texel_directions(HEIGHT)
@@ -104,3 +104,68 @@ def test_same_sky_same_lamps():
     larger = find_lamps(np.repeat(np.repeat(picture, 4, axis=0), 4, axis=1), 4)
     np.testing.assert_array_equal(first.light(), second.light())
     np.testing.assert_allclose(larger.light(), first.light(), atol=2e-3 * first.light().max())
+
+
+def light_of(picture):
+    """(3,) all that a picture sends."""
+    return np.einsum("h,hwc->c", solid_angles(*picture.shape[:2]), picture.astype(np.float64))
+
+
+SPOTS = {
+    "sun in its glow, and a window": (
+        ((0.6, 0.0, 0.8), 1.0, np.array((900.0, 700.0, 400.0))),
+        ((0.6, 0.0, 0.8), 15.0, np.array((2.0, 1.5, 1.0))),
+        ((-0.6, 0.64, 0.48), 17.0, np.array((2.0, 3.0, 4.0))),
+    ),
+    "two suns": (((1.0, 0.0, 0.2), 3.0, 90.0), ((1.0, 0.3, 0.2), 3.0, 60.0)),
+    "one sun of many": tuple(((np.cos(k), np.sin(k), 0.2), 3.0, 90.0 + k) for k in range(6)),
+}
+
+
+@pytest.mark.parametrize("rule", [(4, ENOUGH), (1, 0.0), (8, 0.0)], ids=["automatic", "one", "up to 8"])
+@pytest.mark.parametrize("spots", SPOTS.values(), ids=SPOTS)
+def test_what_lamps_take_is_missing_in_the_rest(spots, rule):
+    """As exactly as floats are, in each channel; what is left of a spot has its colour, and nothing else is touched."""
+    picture = sky(*spots)
+    picture[0, :3] = -1.0
+    given = picture.copy()
+    lamps, rest = extract_lamps(picture, *rule)
+    np.testing.assert_array_equal(picture, given)
+    assert [lamp.irradiance for lamp in lamps.lamps] == [lamp.irradiance for lamp in find_lamps(picture, *rule).lamps]
+    taken = sum(lamp.irradiance for lamp in lamps.lamps) * np.array(lamps.colour)
+    np.testing.assert_allclose(light_of(rest) + taken, light_of(picture), rtol=1e-6)
+    assert (rest <= picture).all() and ((rest >= 0.0) | (rest == picture)).all()
+    touched = (rest < picture).any(axis=-1)
+    middles = np.array([lamp.direction for lamp in lamps.lamps])
+    assert touched.any() and ((DIRECTIONS[touched] @ middles.T).max(axis=-1) > np.cos(np.radians(20.0))).all()
+    np.testing.assert_allclose(
+        rest[touched] * picture[touched][:, :1], picture[touched] * rest[touched][:, :1], rtol=1e-5
+    )
+
+
+def test_the_rest_is_as_bright_as_spots_of_its_kind_begin():
+    """Ten times the mean within a sun's reach, three times in a wide lamp's, which takes the sun's rest as well."""
+    sun, window = ((0.6, 0.0, 0.8), 1.0, 5000.0), ((-0.6, 0.64, 0.48), 17.0, 8.0)
+    for spots, times in (((sun,), 10.0), ((window,), 3.0), ((sun, ((0.6, 0.0, 0.8), 15.0, 8.0)), 3.0)):
+        picture = sky(*spots)
+        mean = light_of(picture).mean() / (4.0 * np.pi)
+        lamps, rest = extract_lamps(picture, 4, ENOUGH)
+        assert len(lamps.lamps) == len(spots) and abs(rest.max() / mean / times - 1.0) < 1e-5
+
+
+def test_without_lamps_the_rest_is_the_picture_itself():
+    picture = sky(((0.3, -0.8, 0.5), 4.0, 200.0))
+    assert extract_lamps(picture, 0)[1] is picture
+    soft = np.repeat(np.exp(2.0 * DIRECTIONS[..., 2:]), 3, axis=-1).astype(np.float32)
+    lamps, rest = extract_lamps(soft, 4)
+    assert lamps.lamps == () and rest is soft
+
+
+def test_what_lamps_take_of_a_large_picture():
+    """Lamps are made of cells there: at the edge of a reach a texel may be on either side."""
+    fine = texel_directions(1024)
+    picture = (0.2 + 40.0 * np.exp(40.0 * (fine[..., :1] - 1.0)) * np.array((1.0, 0.8, 0.5))).astype(np.float32)
+    lamps, rest = extract_lamps(picture, 4, ENOUGH)
+    taken = sum(lamp.irradiance for lamp in lamps.lamps) * np.array(lamps.colour)
+    assert lamps.lamps and (rest <= picture).all() and (rest >= 0.0).all()
+    np.testing.assert_allclose(light_of(rest) + taken, light_of(picture), rtol=1e-3)
