@@ -31,15 +31,18 @@ _PATIENCE = 16  # bounces traced where a bake went on until its tolerance: less 
 class Lighting:
     """The light on the world: the sky as it is, and the SH light that the shader gets instead."""
 
-    def __init__(self, picture: Float32, turn: Float64, stored: Float64, rule: tuple[int, float]) -> None:
+    def __init__(
+        self, picture: Float32, turn: Float64, stored: Float64, rule: tuple[int, float], wide: bool = True
+    ) -> None:
         """
         Args:
             picture: (H, W, 3) equirectangular radiance, strength included, row 0 at the bottom.
             turn: (3, 3) R: along w, the sky shows what the picture holds along R w.
             stored: (9, 3) the SH light as it is shown: turned, scaled, windowed.
             rule: which lamps could show parts of the sky instead, or do so: how many at most, and under which truncation no more.
+            wide: whether wide spots are among them.
         """
-        self.lamps, without = extract_lamps(picture, *rule)
+        self.lamps, without = extract_lamps(picture, *rule, wide)
         pictures = [picture, without] if self.lamps.lamps else [picture]
         self.turn, self.stored = turn, stored
         self._sky = Skylight(np.stack(pictures), turn)

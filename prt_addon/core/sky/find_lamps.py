@@ -55,7 +55,7 @@ _WIDE = _Kind(3.0, float(np.radians(20.0)))
 """Wide spots cast soft shadows. Of the skies that Blender ships these take the truncation of compact ones' rest from 3-20 % to 3-13 %."""
 
 
-def find_lamps(picture: Float32, most: int, enough: float = 0.0) -> Lamps:
+def find_lamps(picture: Float32, most: int, enough: float = 0.0, wide: bool = True) -> Lamps:
     """Take lamps out of a sky, compact ones before wide ones, the brightest first.
 
     Middles of spots are found one by one, each where most light is left, and refined by k-means, weighted by light. Unlike k-means
@@ -66,13 +66,14 @@ def find_lamps(picture: Float32, most: int, enough: float = 0.0) -> Lamps:
         most: so many lamps at most.
         enough: no more compact lamps than bring the truncation under this; with 0, as many as there are. There are never more wide ones
             than bring it under `ENOUGH`.
+        wide: whether wide spots are looked for at all.
     """
     sky = _Sky(picture)
-    _, found = _compact_and_all(sky, most, enough)
+    _, found = _compact_and_all(sky, most, enough, wide)
     return found.shared(sky)
 
 
-def extract_lamps(picture: Float32, most: int, enough: float = 0.0) -> tuple[Lamps, Float32]:
+def extract_lamps(picture: Float32, most: int, enough: float = 0.0, wide: bool = True) -> tuple[Lamps, Float32]:
     """The lamps that `find_lamps` finds, and the picture without the light that was taken for them.
 
     Only what exceeds the brightness of its kind goes, so that spots are left in their own colours, as bright as the dimmest that are
@@ -82,7 +83,7 @@ def extract_lamps(picture: Float32, most: int, enough: float = 0.0) -> tuple[Lam
         The lamps; a picture of its own, or the one that was given if there are none.
     """
     sky = _Sky(picture)
-    compact, found = _compact_and_all(sky, most, enough)
+    compact, found = _compact_and_all(sky, most, enough, wide)
     rest = picture.copy() if found.lamps else picture
     _dim(rest, sky, _COMPACT, compact.lamps)
     _dim(rest, sky, _WIDE, found.lamps[len(compact.lamps) :])
@@ -178,13 +179,13 @@ class _Spots:
         return _Spots(self.kind, self.least, towards, excess, weighted[:, 0] / excess.mean(axis=-1))
 
 
-def _compact_and_all(sky: _Sky, most: int, enough: float) -> tuple[_Taken, _Taken]:
+def _compact_and_all(sky: _Sky, most: int, enough: float, wide: bool) -> tuple[_Taken, _Taken]:
     """The compact lamps of a sky, and these with the wide ones after them; arguments as those of `find_lamps`."""
     if not most:
         return _Taken(), _Taken()
     compact = _found(sky, _Taken(), _bright_texels(sky, _COMPACT), most, enough)
-    wide = _bright_texels(sky, _WIDE, compact.lamps) if len(compact.lamps) < most else None
-    return compact, _found(sky, compact, wide, most, ENOUGH)
+    rest = _bright_texels(sky, _WIDE, compact.lamps) if wide and len(compact.lamps) < most else None
+    return compact, _found(sky, compact, rest, most, ENOUGH)
 
 
 def _dim(rest: Float32, sky: _Sky, kind: _Kind, lamps: tuple[Lamp, ...]) -> None:

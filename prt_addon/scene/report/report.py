@@ -116,10 +116,11 @@ def read_lighting(scene: bpy.types.Scene) -> Lighting:
     stored = light.shown_light(scene.world)
     wanted = light.light_settings_of(scene.world).lamps if shows_lamps(scene.world) else "AUTO"
     picture = reduced(picture) * np.float32(light.strength_of(scene.world))
-    found = Lighting(picture, turn, stored, lamp_rule(wanted))
-    if found.lamps.lamps or not read_sky(scene).has_sun_disc:
+    has_disc = read_sky(scene).has_sun_disc
+    found = Lighting(picture, turn, stored, lamp_rule(wanted), wide=not has_disc)
+    if found.lamps.lamps or not has_disc:
         return found
-    return Lighting(picture, turn, stored, lamp_rule("ONE"))  # as the projection has it
+    return Lighting(picture, turn, stored, lamp_rule("ONE"), wide=False)  # as the projection has it
 
 
 def shows_lamps(world: bpy.types.World) -> bool:

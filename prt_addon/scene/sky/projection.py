@@ -112,8 +112,10 @@ def _lamps(sky: Sky, settings: LightSettings, texels: SkyTexels | None) -> Lamps
     if not MOST_LAMPS[settings.lamps] or sky.is_uniform:
         return Lamps()
     picture = texels.pixels if texels and texels.is_equirectangular else sky_picture(sky)
-    found = lamps_in(picture, settings.lamps)
-    return found if found.lamps or not sky.has_sun_disc else find_lamps(picture, 1)
+    if not sky.has_sun_disc:
+        return lamps_in(picture, settings.lamps)
+    found = find_lamps(picture, *lamp_rule(settings.lamps), wide=False)  # EEVEE's own light lacks the disc alone
+    return found if found.lamps else find_lamps(picture, 1, wide=False)
 
 
 def lamps_in(picture: Float32, wanted: str) -> Lamps:

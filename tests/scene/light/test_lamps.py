@@ -199,6 +199,20 @@ def test_the_sun_of_a_sky_texture(blender, sunny, error):
     assert error() < 0.08
 
 
+@pytest.mark.parametrize("intensity", [1.0, 0.05, 0.002])
+def test_a_faint_sun_disc_is_a_lamp_and_its_glow_is_none(blender, sunny, intensity):
+    """EEVEE's own light of such a sky lacks the disc, and nothing else."""
+    tree = blender.context.scene.world.node_tree
+    sky = tree.nodes.new("ShaderNodeTexSky")
+    sky.sky_type = "MULTIPLE_SCATTERING" if blender.app.version >= (5, 0, 0) else "NISHITA"
+    sky.sun_disc, sky.sun_elevation, sky.sun_intensity = True, 0.7, intensity
+    background = next(node for node in tree.nodes if node.type == "BACKGROUND")
+    tree.links.new(sky.outputs[0], background.inputs["Color"])
+    blender.ops.prt.project_light(lamps="AUTO")
+    [sun] = suns(blender)
+    assert np.degrees(sun.data.angle) < 2.0
+
+
 def test_lamps_are_keyframed_with_the_light(blender, part, sunny, error):
     """A sun that no driver can follow, painted anew for each frame by a keyframed mix of two skies."""
     scene = blender.context.scene
