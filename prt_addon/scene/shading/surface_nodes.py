@@ -182,7 +182,7 @@ class _Builder:
             copy.links.new(shader, _socket(end.inputs, result.identifier))
             return _socket(self._placed(node, copy, given).outputs, result.identifier)
         bpy.data.node_groups.remove(copy)
-        return None
+        return None if inner else self._unknown(source, f"'{node.label or node.name}'")
 
     def _placed(self, node: bpy.types.Node, group: bpy.types.NodeTree, given: dict[str, Any]) -> bpy.types.Node:
         part = add_part(self.tree, "ShaderNodeGroup")
