@@ -51,6 +51,7 @@ WHERE = {
     "session": "session",
     "settings": "scene.settings",
     "sh": "core.sphere.sh",
+    "shaders": "scene.material.shaders",
     "shading": "scene.shading.shading",
     "sky": "scene.sky.sky",
     "slots": "scene.shading.slots",

@@ -6,8 +6,8 @@ Both are read from the inputs of shaders, mixed as the material mixes the shader
 muted.
 
 Transport is diffuse. A metal bounces its base colour as if it were matte, gloss and glass likewise. A Transparent BSDF takes no
-part in the colour: what is mixed with it counts as whole. Light that materials emit is no colour: black. Glass lets light
-through straight on, as thin panes do, where Cycles bends it.
+part in the colour: what is mixed with it counts as whole. Light that materials emit is no colour: black. So is a colour in a
+shader's place, which Blender shows as light. Glass lets light through straight on, as thin panes do, where Cycles bends it.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from typing import Literal
 import bpy
 
 from ..blender.nodes import Wiring, uses_nodes
+from .shaders import COMBINING, SHADER_TO_RGB, SHADERS, Shader, colour_input
 
 RenderEngine = Literal["EEVEE", "CYCLES"]
 RGB = tuple[float, float, float]
@@ -71,13 +72,11 @@ _WHITE = Constant((1.0, 1.0, 1.0))
 _MOST_SHADERS = 32
 """Of a material whose colour is mixed in nodes."""
 
-_DEEPEST = 100
+_MOST_ENDS = 1024
+"""Ways from the output to shaders that reflect or not: one that is added to itself again and again doubles them each time."""
+
+DEEPEST = 100
 """Steps from the output to a shader."""
-
-_GLASS = {"ShaderNodeBsdfGlass", "ShaderNodeBsdfRefraction"}
-
-_COLOURLESS = {"ShaderNodeEmission", "ShaderNodeHoldout", "ShaderNodeBackground"}
-"""Shaders that are opaque and reflect nothing."""
 
 
 @dataclass(frozen=True)
@@ -89,6 +88,7 @@ class MaterialReading:
     why_not: why it cannot be read, to stand after the name of the material and a colon; empty if it can.
     through: which share of the light it lets through: by alpha, a Transparent BSDF or glass; none if it cannot be read.
     emits: whether it emits light, as far as it was read.
+    eevees_light: whether colours of it are EEVEE's own light (Shader to RGB), as far as it was read.
     """
 
     output: bpy.types.Node | None
@@ -96,13 +96,17 @@ class MaterialReading:
     why_not: str = ""
     through: Colour = BLACK
     emits: bool = False
+    eevees_light: bool = False
 
 
 PART = "prt_part"
 """Custom property of nodes that we add beside those; of copies of groups, the name of the group."""
 
 OURS = "prt_were_active"
-"""Custom property of the output that we add: the names of the outputs that were active before it, a line each."""
+"""Custom property of the output that we add. Versions before 0.2 kept there the names of the outputs that were active before it, a line each."""
+
+WAS_ACTIVE = "prt_was_active"
+"""Custom property of the user's output that was active, where one of ours is active in its place."""
 
 
 def read_material(material: bpy.types.Material, engine: RenderEngine) -> MaterialReading:
@@ -117,7 +121,7 @@ def read_material(material: bpy.types.Material, engine: RenderEngine) -> Materia
         surface, why_not = reader.surface(output.inputs["Surface"]), ""
     except _NotRead as reason:
         surface, why_not = _Seen(None, BLACK), str(reason)
-    return MaterialReading(output, surface.colour, why_not, surface.through, reader.emits)
+    return MaterialReading(output, surface.colour, why_not, surface.through, reader.emits, reader.eevees_light)
 
 
 def has_surface(material: bpy.types.Material) -> bool:
@@ -135,11 +139,25 @@ def user_output(tree: bpy.types.NodeTree, engine: RenderEngine) -> bpy.types.Nod
 
     One that is made for the engine comes before one for all, and among equals the active one.
     """
-    outputs = [node for node in tree.nodes if node.bl_idname == "ShaderNodeOutputMaterial" and PART not in node]
-    ours = next((node for node in outputs if OURS in node), None)
-    were_active = ours[OURS].split("\n") if ours else [node.name for node in outputs if node.is_active_output]
-    theirs = [node for node in outputs if node != ours and node.target in {engine, "ALL"}]
-    return max(theirs, key=lambda node: (node.target == engine, node.name in were_active), default=None)
+    theirs = [node for node in user_outputs(tree) if node.target in {engine, "ALL"}]
+    active = active_output(tree)
+    return max(theirs, key=lambda node: (node.target == engine, node == active), default=None)
+
+
+def user_outputs(tree: bpy.types.NodeTree) -> list[bpy.types.Node]:
+    """The user's own Material Outputs, for whatever engine."""
+    outputs = (node for node in tree.nodes if node.bl_idname == "ShaderNodeOutputMaterial")
+    return [node for node in outputs if PART not in node and OURS not in node]
+
+
+def active_output(tree: bpy.types.NodeTree) -> bpy.types.Node | None:
+    """The user's own output that is active; if one of ours is, the one that was before it."""
+    outputs = user_outputs(tree)
+    active = next((node for node in outputs if node.is_active_output), None)
+    marked = next((node for node in outputs if WAS_ACTIVE in node), None)
+    ours = next((node for node in tree.nodes if OURS in node), None)
+    names = ours[OURS].split("\n") if ours else []
+    return active or marked or next((node for node in outputs if node.name in names), None)
 
 
 class _NotRead(Exception):
@@ -164,7 +182,9 @@ class _Reader:
 
     wiring: Wiring = field(default_factory=Wiring)
     shaders: int = 0
+    ends: int = 0
     emits: bool = False
+    eevees_light: bool = False
     _open: set[tuple[int, ...]] = field(default_factory=set)
 
     def surface(self, entry: bpy.types.NodeSocket) -> _Seen:
@@ -174,10 +194,10 @@ class _Reader:
 
     def _shader(self, entry: bpy.types.NodeSocket, path: _Path, hidden: bool = False) -> _Seen:
         """The shader that feeds an input. What is hidden, as a mix takes nothing of it, does not emit."""
-        emitted = self.emits
+        before = self.emits, self.eevees_light
         seen = self._behind(entry, path)
         if hidden:
-            self.emits = emitted
+            self.emits, self.eevees_light = before
         return seen
 
     def _behind(self, entry: bpy.types.NodeSocket, path: _Path) -> _Seen:
@@ -188,49 +208,69 @@ class _Reader:
         here = (*(group.as_pointer() for group in path), node.as_pointer())
         if here in self._open:
             return _DARK  # a loop shows nothing
-        if len(self._open) > _DEEPEST:
-            raise _NotRead(f"its shaders are mixed more than {_DEEPEST} deep")
+        if len(self._open) > DEEPEST:
+            raise _NotRead(f"its shaders are mixed more than {DEEPEST} deep")
         self._open.add(here)
         try:
-            return self._shader_of(node, source, path)
+            return self._shader_of(source, path) if source.type == "SHADER" else self._shown_colour(entry, path)
         finally:
             self._open.discard(here)
 
-    def _shader_of(self, node: bpy.types.Node, source: bpy.types.NodeSocket, path: _Path) -> _Seen:
-        kind = node.bl_idname
-        self.emits |= self._glows(node)
-        if kind == "ShaderNodeMixShader":
-            factor = self._value(node.inputs[0], path)
-            first = self._shader(node.inputs[1], path, hidden=_is_all_of(factor, 1.0))
-            second = self._shader(node.inputs[2], path, hidden=_is_all_of(factor, 0.0))
-            return _Seen(
-                _mixed(factor, first.colour, second.colour), _value_between(factor, first.through, second.through)
-            )
-        if kind == "ShaderNodeAddShader":
-            first, second = (self._shader(entry, path) for entry in node.inputs)
-            return _Seen(_sum(first.colour, second.colour), _value_sum(first.through, second.through))
-        if kind == "ShaderNodeBsdfTransparent":
-            return _Seen(None, self._value(node.inputs["Color"], path))
-        if kind in _COLOURLESS:
-            return _DARK
-        if kind == "NodeGroupInput":
+    def _shader_of(self, source: bpy.types.NodeSocket, path: _Path) -> _Seen:
+        node = source.node
+        if node.bl_idname in COMBINING:
+            return self._combined(node, path)
+        if node.bl_idname == "NodeGroupInput":
             return self._shader(_outside(path, source), path[:-1]) if path else _DARK
         if inner := _group_result(node, source):
             return self._shader(inner, (*path, node))
-        entry = node.inputs.get("Base Color") or node.inputs.get("Color")
-        if entry is None or source.type != "SHADER":
+        self._count_end()
+        shader = SHADERS.get(node.bl_idname)
+        if shader is None:
             raise _NotRead(f"'{node.label or node.name}' is a shader whose colour is not read")
+        self.emits |= bool(shader.glow) and self._glows([node.inputs[name] for name in shader.glow], path)
+        if not shader.colour:
+            return _DARK
+        entry = colour_input(node)
+        if entry is None:
+            raise _NotRead(f"'{node.label or node.name}' has its colour of other inputs")
+        colour = self._value(entry, path)
+        if shader.through == "COLOUR":
+            return _Seen(None, colour)
         self.shaders += 1
         if self.shaders > _MOST_SHADERS:
             raise _NotRead(f"it is made of more than {_MOST_SHADERS} shaders")
-        colour = self._value(entry, path)
-        return _Seen(colour, self._through(node, colour, path))
+        return _Seen(colour, self._through(node, shader, colour, path))
 
-    def _through(self, node: bpy.types.Node, colour: Colour, path: _Path) -> Colour:
-        """Which share of the light a BSDF of some colour lets through."""
-        if node.bl_idname in _GLASS:
+    def _combined(self, node: bpy.types.Node, path: _Path) -> _Seen:
+        """What is seen of a Mix Shader or an Add Shader."""
+        if node.bl_idname == "ShaderNodeAddShader":
+            first, second = (self._shader(entry, path) for entry in node.inputs)
+            return _Seen(_sum(first.colour, second.colour), _value_sum(first.through, second.through))
+        factor = self._value(node.inputs[0], path)
+        first = self._shader(node.inputs[1], path, hidden=_is_all_of(factor, 1.0))
+        second = self._shader(node.inputs[2], path, hidden=_is_all_of(factor, 0.0))
+        through = _value_between(factor, first.through, second.through)
+        return _Seen(_mixed(factor, first.colour, second.colour), through)
+
+    def _shown_colour(self, entry: bpy.types.NodeSocket, path: _Path) -> _Seen:
+        """What is seen of a colour in a shader's place: Blender shows it as light that is emitted."""
+        self._count_end()
+        self.emits |= self._glows([entry], path)
+        return _DARK
+
+    def _count_end(self) -> None:
+        self.ends += 1
+        if self.ends > _MOST_ENDS:
+            raise _NotRead(f"it is made of more than {_MOST_SHADERS} shaders")
+
+    def _through(self, node: bpy.types.Node, shader: Shader, colour: Colour, path: _Path) -> Colour:
+        """Which share of the light a shader of some colour lets through."""
+        if shader.through == "GLASS":
             return colour
-        if node.bl_idname != "ShaderNodeBsdfPrincipled":
+        if shader.through == "TRANSPARENCY":
+            return _value_between(self._value(node.inputs["Transparency"], path), BLACK, _WHITE)
+        if shader.through != "PRINCIPLED":
             return BLACK
         alpha, glass, metal = (
             self._value(node.inputs[name], path) for name in ("Alpha", "Transmission Weight", "Metallic")
@@ -238,13 +278,22 @@ class _Reader:
         through = _value_between(metal, _value_between(glass, BLACK, _tint(colour)), BLACK)
         return _value_between(alpha, _WHITE, through)
 
-    def _glows(self, node: bpy.types.Node) -> bool:
-        """Whether a shader emits light: its strength and colour are fed, or not 0."""
-        if node.bl_idname not in {"ShaderNodeEmission", "ShaderNodeBsdfPrincipled"}:
-            return False
-        of_principled = "Emission " if node.bl_idname == "ShaderNodeBsdfPrincipled" else ""
-        entries = (node.inputs[f"{of_principled}{name}"] for name in ("Strength", "Color"))
-        return all(self.wiring.source(entry) or any(_rgb(entry)) for entry in entries)
+    def _glows(self, entries: list[bpy.types.NodeSocket], path: _Path) -> bool:
+        """Whether what emits by the product of some inputs does: none of them is black, or EEVEE's own light."""
+        before, self.eevees_light = self.eevees_light, False
+        black = BLACK in [self._value(entry, path) for entry in entries]
+        glows = not black and not self.eevees_light
+        self.eevees_light = before or (self.eevees_light and not black)
+        return glows
+
+    def _is_eevees_light(self, node: bpy.types.Node, path: _Path) -> bool:
+        """Whether a Shader to RGB is among the nodes that a value depends on, inside and outside of groups, too."""
+        for one in self.wiring.upstream(node):
+            if one.bl_idname == "NodeGroupInput" and path and self._is_eevees_light(path[-1], path[:-1]):
+                return True
+            if _holds(one, SHADER_TO_RGB):
+                return True
+        return False
 
     def _value(self, entry: bpy.types.NodeSocket, path: _Path) -> Colour:
         """What an input gets."""
@@ -253,6 +302,7 @@ class _Reader:
             return Constant(_rgb(entry))
         if source.node.bl_idname == "NodeGroupInput":
             return self._value(_outside(path, source), path[:-1]) if path else Constant(_rgb(entry))
+        self.eevees_light |= self._is_eevees_light(source.node, path)
         colour: Colour = Source(source)
         for group in reversed(path):
             colour = Inside(group, colour)
@@ -272,6 +322,12 @@ def _group_result(node: bpy.types.Node, source: bpy.types.NodeSocket) -> bpy.typ
     outputs = (inner for inner in tree.nodes if inner.bl_idname == "NodeGroupOutput" and inner.is_active_output)
     output = next(outputs, None)
     return next((entry for entry in output.inputs if entry.identifier == source.identifier), None) if output else None
+
+
+def _holds(node: bpy.types.Node, kind: str) -> bool:
+    """Whether a node is of a type, or a group that holds one."""
+    tree = getattr(node, "node_tree", None)
+    return node.bl_idname == kind or any(_holds(inner, kind) for inner in (tree.nodes if tree else ()))
 
 
 def _rgb(entry: bpy.types.NodeSocket) -> RGB:

@@ -25,11 +25,6 @@ def our_output(tree: bpy.types.NodeTree) -> bpy.types.Node:
     return next(node for node in our_nodes(tree) if OURS in node)
 
 
-def main_outputs(tree: bpy.types.NodeTree) -> list[bpy.types.Node]:
-    """The user's Material Outputs and ours, without the one that shows the viewport colour to Cycles."""
-    return [node for node in tree.nodes if node.bl_idname == "ShaderNodeOutputMaterial" and PART not in node]
-
-
 def is_relit(material: bpy.types.Material) -> bool:
     """Whether this version relights a material, and may restore it."""
     return is_local(material) and any(our_nodes(material.node_tree)) and not is_relit_by_newer(material)

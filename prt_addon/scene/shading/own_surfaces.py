@@ -9,26 +9,25 @@ from contextlib import contextmanager
 import bpy
 
 from ..blender.libraries import is_local
-from ..material.reading import OURS
+from ..material.reading import active_output
 from .our_nodes import our_nodes
 from .viewport_colour import VIEWPORT
 
 
 @contextmanager
 def own_surfaces_active() -> Iterator[None]:
-    """Inside, the outputs that were active before ours are active again in all relit materials: for those who look there."""
-    before: list[tuple[bpy.types.Node, bool]] = []
+    """Inside, the user's own outputs are active in all relit materials, where ours were: for those who look there."""
+    before: list[bpy.types.Node] = []
     for material in filter(is_local, bpy.data.materials):
-        ours = next((node for node in our_nodes(material.node_tree) if OURS in node), None)
-        if ours is None:
+        tree = material.node_tree
+        if not any(our_nodes(tree)):
             continue
-        names = ours[OURS].split("\n")
-        outputs = [node for node in material.node_tree.nodes if node.bl_idname == "ShaderNodeOutputMaterial"]
-        before += [(node, node.is_active_output) for node in outputs]
-        for node in outputs:
-            node.is_active_output = node.name in names or VIEWPORT in node
+        shown = next((node for node in tree.nodes if VIEWPORT in node), None) or active_output(tree)
+        if shown and not shown.is_active_output:
+            before += [node for node in tree.nodes if getattr(node, "is_active_output", False)]
+            shown.is_active_output = True
     try:
         yield
     finally:
-        for node, active in before:
-            node.is_active_output = active
+        for node in before:
+            node.is_active_output = True

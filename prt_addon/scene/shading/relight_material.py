@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Hooks the relight group into a material beside the user's own nodes, and takes it out again.
 
-The group feeds a Material Output whose target is EEVEE. The user's own output, links and nodes are not touched:
-Cycles still renders them, and removing our two nodes restores the material.
+The group feeds a Material Output whose target is EEVEE. The user's own output, links and nodes are not touched, save which output is
+active (`active_output`): Cycles still renders them, and removing our nodes restores the material.
 """
 
 from __future__ import annotations
@@ -11,13 +11,15 @@ import bpy
 
 from ...core.notices import Kind, Notice
 from ..blender.libraries import is_local
-from ..blender.nodes import feeding_socket, nodes_are_on
+from ..blender.nodes import nodes_are_on
 from ..material.colour_nodes import remove_parts
 from ..material.reading import OURS, has_surface, read_material, user_output
+from .active_output import activate_users, mark_active
 from .follow_surface import relight_surface
-from .our_nodes import main_outputs, our_nodes
+from .our_nodes import our_nodes
 from .relight_group import Sides, is_relit_by_newer, relight_group
 from .slots import ROOM, ROOM_WITH_BACKS, attributes_read
+from .surface_nodes import Built
 from .viewport_colour import show_viewport_colour, turn_nodes_off_again
 
 OUTPUT = "PRT Output"
@@ -54,9 +56,16 @@ _NO_BACKS = Kind(
     "the light of the fronts: {names}.",
     "INFO",
 )
-_GREY = Kind(
-    "Material {name}: {why}; it is relit in grey.",
-    "{count} materials have surfaces that cannot be read, and are relit in grey: {names}.",
+_UNKNOWN = Kind(
+    "Material {name}: {shaders} cannot be relit, and EEVEE goes on showing it as it is.",
+    "{count} materials have shaders that cannot be relit, and EEVEE goes on showing these as they are: {names}.",
+)
+_EEVEES_LIGHT = Kind(
+    "Material {name} makes colours of EEVEE's own light (Shader to RGB): they stay as EEVEE shows them, and the bake does not light them. "
+    "Cycles has no such node.",
+    "{count} materials make colours of EEVEE's own light (Shader to RGB): they stay as EEVEE shows them, and the bake does not light "
+    "them. Cycles has no such node ({names}).",
+    "INFO",
 )
 
 
@@ -71,19 +80,17 @@ def relight(material: bpy.types.Material, two_sided: bool) -> list[Notice]:
 
 
 def remove_from_material(material: bpy.types.Material) -> bool:
-    """Take our nodes out of a material and restore which output was active; True if there were any."""
+    """Take our nodes out of a material, and have the user's output active that was; True if there were any."""
     tree = material.node_tree
-    ours = list(our_nodes(tree))
-    were_active = {name for node in ours for name in node.get(OURS, "").split("\n")}
+    ours = any(our_nodes(tree))
+    if ours:
+        activate_users(tree)
     if tree:
         remove_parts(tree)
     for node in list(our_nodes(tree)):
         tree.nodes.remove(node)
-    if ours:
-        for output in main_outputs(tree):
-            output.is_active_output = output.name in were_active
     turn_nodes_off_again(material)
-    return bool(ours)
+    return ours
 
 
 def _add_to_material(material: bpy.types.Material, two_sided: bool) -> list[Notice]:
@@ -97,52 +104,57 @@ def _add_to_material(material: bpy.types.Material, two_sided: bool) -> list[Noti
         return []
     reading = read_material(material, "EEVEE")
     said = [Notice(_GLOWS, material.name)] if reading.emits else []
+    if reading.eevees_light:
+        said.append(Notice(_EEVEES_LIGHT, material.name))
     if reading.colour is None and not reading.why_not:
-        return [*said, Notice(_LIGHTLESS, material.name)]
-    count = len(attributes_read(reading.output)) if reading.output else 0
-    sides: Sides = "BOTH" if two_sided else "FRONTS"
+        return said if reading.eevees_light else [*said, Notice(_LIGHTLESS, material.name)]
+    sides, no_room = _sides(material, reading.output, two_sided)
+    built = _hook(material, sides)
+    unknown = [Notice(_UNKNOWN, material.name, {"shaders": ", ".join(built.unknown)})] if built.unknown else []
+    if unknown and not built.relit:
+        remove_from_material(material)  # lamps of the sky light what has our nodes: it would show their light twice
+        return said + unknown
+    return said + no_room + unknown
+
+
+def _sides(material: bpy.types.Material, output: bpy.types.Node | None, two_sided: bool) -> tuple[Sides, list[Notice]]:
+    """Whose transport there is room for beside the attributes that a material reads itself, and what there is to say about it."""
+    count = len(attributes_read(output)) if output else 0
     if count > ROOM:
-        sides = "NONE"
-        said.append(Notice(_TOO_MANY_ATTRIBUTES, material.name, {"count": str(count), "most": str(ROOM)}))
-    elif two_sided and count > ROOM_WITH_BACKS:
-        sides = "FRONTS"
-        said.append(Notice(_NO_BACKS, material.name, {"count": str(count), "most": str(ROOM_WITH_BACKS)}))
-    _hook(material, sides)
-    return said + ([Notice(_GREY, material.name, {"why": reading.why_not})] if reading.why_not else [])
+        return "NONE", [Notice(_TOO_MANY_ATTRIBUTES, material.name, {"count": str(count), "most": str(ROOM)})]
+    if two_sided and count > ROOM_WITH_BACKS:
+        return "FRONTS", [Notice(_NO_BACKS, material.name, {"count": str(count), "most": str(ROOM_WITH_BACKS)})]
+    return "BOTH" if two_sided else "FRONTS", []
 
 
-def _hook(material: bpy.types.Material, sides: Sides) -> None:
+def _hook(material: bpy.types.Material, sides: Sides) -> Built:
     """Add the relight group and an output for EEVEE, and feed them as the user's own output is fed."""
-    plain = None if nodes_are_on(material) else show_viewport_colour(material)
+    plain = None if nodes_are_on(material) else _with_nodes(material)
     tree = material.node_tree
     output, group = user_output(tree, "EEVEE"), tree.nodes.new("ShaderNodeGroup")
     group.node_tree, group.width = relight_group(sides), 200.0
     group.name = group.label = "PRT Relight"
     ours = _add_output(tree)
+    if output:
+        group.location = (output.location.x, output.location.y - 260.0)
+        ours.location = (output.location.x + 240.0, output.location.y - 260.0)
     if plain:
         tree.links.new(plain, group.inputs["Unbaked"])
-    elif output:
-        _share_links(tree, output, ours, group)
     for node in (group, ours):
         node.select = False
-    ours.is_active_output = True
-    relight_surface(material, group)
+    return relight_surface(material, group)
+
+
+def _with_nodes(material: bpy.types.Material) -> bpy.types.NodeSocket:
+    """The surface of a material that had no nodes. What these once showed, before they were turned off, is kept."""
+    if material.node_tree:
+        mark_active(material.node_tree)
+    return show_viewport_colour(material)
 
 
 def _add_output(tree: bpy.types.NodeTree) -> bpy.types.Node:
-    """A Material Output for EEVEE that remembers which outputs were active before it."""
-    active = [node.name for node in main_outputs(tree) if node.is_active_output]
+    """A Material Output for EEVEE."""
     ours = tree.nodes.new("ShaderNodeOutputMaterial")
     ours.target, ours.name, ours.label = "EEVEE", OUTPUT, "PRT (EEVEE)"
-    ours[OURS] = "\n".join(active)
+    ours[OURS] = ""
     return ours
-
-
-def _share_links(tree: bpy.types.NodeTree, output: bpy.types.Node, ours: bpy.types.Node, group: bpy.types.Node) -> None:
-    """Feed the user's surface to unbaked meshes, and the user's displacement and volume to our output."""
-    group.location = (output.location.x, output.location.y - 260.0)
-    ours.location = (output.location.x + 240.0, output.location.y - 260.0)
-    for entry in output.inputs:
-        source = feeding_socket(entry)
-        if source:
-            tree.links.new(source, group.inputs["Unbaked"] if entry.name == "Surface" else ours.inputs[entry.name])

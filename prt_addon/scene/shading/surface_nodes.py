@@ -2,8 +2,9 @@
 """Rebuilds the user's surface, relit: beside its shaders stand copies in which the baked light takes the place of EEVEE's.
 
 What reflects diffusely shows the baked light and that of lamps. Gloss stays EEVEE's own, dimmed where the scene hides the
-sky. Emission, transparency and glass are linked as they are. Mixes and groups of shaders are rebuilt around them; textures
-and all other nodes are shared with the user's surface, and plain numbers are taken over from it (`follow_numbers`).
+sky. Emission, transparency and glass are linked as they are, and so is what is not known: `material.shaders` says which is which.
+Mixes and groups of shaders are rebuilt around them; textures and all other nodes are shared with the user's surface, and plain
+numbers are taken over from it (`follow_numbers`).
 """
 
 from __future__ import annotations
@@ -17,7 +18,9 @@ import bpy
 
 from ..blender.nodes import Wiring
 from ..material.colour_nodes import add_part
-from ..material.reading import PART
+from ..material.reading import DEEPEST, PART
+from ..material.shaders import COMBINING, SHADERS, Shader, colour_input
+from .gloss_groups import conductor_group, specular_group
 from .helper_groups import detail_group, diffuse_group, glossy_group, lamps_group, principled_group
 from .light_nodes import DETAIL
 
@@ -46,13 +49,26 @@ def sockets_of(group: bpy.types.Node) -> RelightSockets:
     return RelightSockets(*(group.outputs[name] for name in ("Shading", "Sky Seen", *DETAIL)))
 
 
-def build_surface(output: bpy.types.Node, relight: RelightSockets) -> bpy.types.NodeSocket | None:
+@dataclass
+class Built:
+    """What became of a surface.
+
+    relit: how many of its shaders show the baked light.
+    unknown: what is shown as it is, though light may belong in, each to stand in a sentence.
+    """
+
+    relit: int = 0
+    unknown: dict[str, None] = field(default_factory=dict)
+
+
+def build_surface(output: bpy.types.Node, relight: RelightSockets) -> tuple[bpy.types.NodeSocket | None, Built]:
     """Add the parts that relight what a Material Output shows.
 
     Returns:
-        The relit surface, to link; None if nothing feeds the output.
+        The relit surface, to link, None if nothing feeds the output; and what became of it.
     """
-    return _Builder(output.id_data, relight).shader(output.inputs["Surface"])
+    builder = _Builder(output.id_data, relight)
+    return builder.shader(output.inputs["Surface"]), builder.built
 
 
 def follow_numbers(tree: bpy.types.NodeTree) -> None:
@@ -69,7 +85,9 @@ def lamps_shine() -> bool:
 
 
 def structure(output: bpy.types.Node) -> str:
-    """Different for surfaces that take different nodes or links: their shaders, what feeds each of their inputs, and lamps."""
+    """Different for surfaces that take different nodes or links: their shaders, what feeds each of their inputs and the output's, and
+    lamps.
+    """
     wiring, found, pending, seen = Wiring(), [f"lamps {lamps_shine()}"], [output], set[int]()
     while pending:
         node = pending.pop()
@@ -77,13 +95,12 @@ def structure(output: bpy.types.Node) -> str:
             continue
         seen.add(node.as_pointer())
         sources = [(entry.identifier, wiring.source(entry)) for entry in node.inputs]
-        found.append(
-            f"{node.bl_idname} {node.name} {group.name if (group := getattr(node, 'node_tree', None)) else ''}"
-        )
+        of_group = group.name if (group := getattr(node, "node_tree", None)) else ""
+        found.append(f"{node.bl_idname} {node.name} {of_group} {'coloured' if colour_input(node) else ''}")
         for name, source in sources:
-            if source and (node is not output or name == "Surface"):
+            if source:
                 found.append(f" {name} < {source.node.name}.{source.identifier}")
-                if source.type == "SHADER":
+                if source.type == "SHADER" and (node is not output or name == "Surface"):
                     pending.append(source.node)
     return "\n".join(found)
 
@@ -95,8 +112,10 @@ class _Builder:
     tree: bpy.types.NodeTree
     relight: RelightSockets
     inside: bool = False
+    built: Built = field(default_factory=Built)
+    depth: int = 0
     wiring: Wiring = field(default_factory=Wiring)
-    _built: dict[int, bpy.types.NodeSocket | None] = field(default_factory=dict)
+    _shaders: dict[int, bpy.types.NodeSocket | None] = field(default_factory=dict)
     _lamps: dict[int, bpy.types.NodeSocket] = field(default_factory=dict)
     _detailed: dict[int, bpy.types.NodeSocket] = field(default_factory=dict)
 
@@ -106,21 +125,34 @@ class _Builder:
         if source is None:
             return None
         key = source.as_pointer()
-        if key not in self._built:
-            self._built[key] = None  # what a loop finds
-            self._built[key] = self._relit(source)
-        return self._built[key]
+        if key not in self._shaders:
+            self._shaders[key] = None  # what a loop finds
+            self.depth += 1
+            self._shaders[key] = self._relit(source)
+            self.depth -= 1
+        return self._shaders[key]
 
     def _relit(self, source: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
         node = source.node
-        if source.type != "SHADER":
-            return source  # a colour is shown as it is
-        if node.bl_idname in {"ShaderNodeMixShader", "ShaderNodeAddShader"}:
+        if source.type != "SHADER" or node.bl_idname == "NodeGroupInput":
+            return source  # a colour is light, and shown as it is; what a group is given is relit outside
+        if self.depth > DEEPEST + 1:
+            return self._unknown(source, f"what is mixed more than {DEEPEST} deep")
+        if node.bl_idname in COMBINING:
             return self._combined(node)
         if getattr(node, "node_tree", None):
             return self._group(node, source)
-        build = _BSDFS.get(node.bl_idname)
+        shader = SHADERS.get(node.bl_idname)
+        if shader is None:
+            return self._unknown(source, f"'{node.label or node.name}'")
+        build = _build(node, shader)
+        self.built.relit += build is not None
         return build(self, node) if build else source
+
+    def _unknown(self, source: bpy.types.NodeSocket, what: str) -> bpy.types.NodeSocket:
+        """A shader as it is."""
+        self.built.unknown[what] = None
+        return source
 
     def _combined(self, node: bpy.types.Node) -> bpy.types.NodeSocket:
         """Mix Shader and Add Shader, of relit shaders."""
@@ -145,12 +177,12 @@ class _Builder:
         relight = RelightSockets(**{name: _socket(entries, item.identifier) for name, item in given.items()})
         end = next((one for one in copy.nodes if one.bl_idname == "NodeGroupOutput" and one.is_active_output), None)
         inner = _socket(end.inputs, source.identifier) if end else None
-        shader = _Builder(copy, relight, inside=True).shader(inner) if inner else None
+        shader = _Builder(copy, relight, True, self.built, self.depth).shader(inner) if inner else None
         if end and shader:
             copy.links.new(shader, _socket(end.inputs, result.identifier))
             return _socket(self._placed(node, copy, given).outputs, result.identifier)
         bpy.data.node_groups.remove(copy)
-        return None
+        return None if inner else self._unknown(source, f"'{node.label or node.name}'")
 
     def _placed(self, node: bpy.types.Node, group: bpy.types.NodeTree, given: dict[str, Any]) -> bpy.types.Node:
         part = add_part(self.tree, "ShaderNodeGroup")
@@ -225,42 +257,60 @@ class _Builder:
         return self._lamps[key]
 
 
-def _relit_by(
-    group: Callable[[], bpy.types.NodeTree], keeps_gloss: bool
-) -> Callable[[_Builder, bpy.types.Node], bpy.types.NodeSocket]:
-    """What relights a BSDF by a helper group.
+_Build = Callable[[_Builder, bpy.types.Node], bpy.types.NodeSocket]
+
+
+def _build(node: bpy.types.Node, shader: Shader) -> _Build | None:
+    """What relights a shader; None if it is shown as it is."""
+    coloured = partial(_with_gloss, group=partial(glossy_group, shader.colour))
+    builds: dict[str, _Build] = {
+        "MATTE": partial(_matte, group=diffuse_group),
+        "GLOSSY": coloured if colour_input(node) else partial(_with_gloss, group=conductor_group, dims=True),
+        "PRINCIPLED": partial(_with_gloss, group=principled_group),
+        "SPECULAR": partial(_with_gloss, group=specular_group, dims=True),
+    }
+    return builds.get(shader.relit)
+
+
+_Group = Callable[[], bpy.types.NodeTree]
+
+
+def _lit(builder: _Builder, node: bpy.types.Node, group: _Group) -> bpy.types.Node:
+    """A helper group fed like a BSDF, and with the light."""
+    helper = builder.helper(node, group())
+    builder.feed(helper.inputs["Shading"], builder.shading(node))
+    builder.feed(helper.inputs["Sky Seen"], builder.relight.sky_seen)
+    builder.feed(helper.inputs["Lamps"], builder.lamps(node))
+    return helper
+
+
+def _matte(builder: _Builder, node: bpy.types.Node, group: _Group) -> bpy.types.NodeSocket:
+    """A BSDF by its helper group alone."""
+    return _lit(builder, node, group).outputs[0]
+
+
+def _with_gloss(builder: _Builder, node: bpy.types.Node, group: _Group, dims: bool = False) -> bpy.types.NodeSocket:
+    """A BSDF by its helper group, and a copy of it that is fed with what the group leaves of it.
 
     Args:
+        builder: of the tree.
+        node: the BSDF.
         group: makes the helper group, or finds it.
-        keeps_gloss: whether a copy of the BSDF, fed with what the helper leaves of it, is added.
+        dims: whether the copy is dimmed to the share of sky that is seen: nothing that is left of the BSDF says it.
     """
-
-    def build(builder: _Builder, node: bpy.types.Node) -> bpy.types.NodeSocket:
-        helper = builder.helper(node, group())
-        builder.feed(helper.inputs["Shading"], builder.shading(node))
-        builder.feed(helper.inputs["Sky Seen"], builder.relight.sky_seen)
-        builder.feed(helper.inputs["Lamps"], builder.lamps(node))
-        diffuse, *left = helper.outputs
-        if not keeps_gloss:
-            return diffuse
-        gloss, both = builder.copy(node), add_part(builder.tree, "ShaderNodeAddShader")
-        for output in left:
-            builder.feed(gloss.inputs[output.name], output)
-        for entry, shader in zip(both.inputs, (diffuse, gloss.outputs[0]), strict=True):
-            builder.feed(entry, shader)
-        return both.outputs[0]
-
-    return build
-
-
-_MATTE = ("BsdfDiffuse", "BsdfTranslucent", "BsdfSheen", "BsdfToon", "BsdfHair", "BsdfHairPrincipled")
-_BSDFS = {
-    **{f"ShaderNode{kind}": _relit_by(diffuse_group, False) for kind in (*_MATTE, "SubsurfaceScattering")},
-    "ShaderNodeBsdfAnisotropic": _relit_by(glossy_group, True),
-    "ShaderNodeBsdfMetallic": _relit_by(partial(glossy_group, "Base Color"), True),
-    "ShaderNodeBsdfPrincipled": _relit_by(principled_group, True),
-}
-"""What relights each BSDF; others are shown as they are."""
+    diffuse, *left = _lit(builder, node, group).outputs
+    gloss, both = builder.copy(node), add_part(builder.tree, "ShaderNodeAddShader")
+    for output in left:
+        builder.feed(gloss.inputs[output.name], output)
+    shown = gloss.outputs[0]
+    if dims:
+        mix = add_part(builder.tree, "ShaderNodeMixShader")
+        builder.feed(mix.inputs[0], builder.relight.sky_seen)
+        builder.feed(mix.inputs[2], shown)
+        shown = mix.outputs[0]
+    for entry, shader in zip(both.inputs, (diffuse, shown), strict=True):
+        builder.feed(entry, shader)
+    return both.outputs[0]
 
 
 def _socket(sockets: Any, identifier: str) -> bpy.types.NodeSocket | None:

@@ -286,3 +286,107 @@ def test_long_chains_are_walked(blender, part, scene, stage):
     own = next(node for node in tree.nodes if node.bl_idname == "ShaderNodeOutputMaterial")
     tree.links.new(shader, own.inputs["Surface"])
     assert "more than 100 deep" in part("material_reading").read_material(mixing, "EEVEE").why_not
+
+
+def plain_colour(nodes, link, colour=(0.2, 0.4, 0.8, 1.0)):
+    """A colour, to stand in a shader's place."""
+    output = nodes.new("ShaderNodeRGB").outputs[0]
+    output.default_value = colour
+    return output
+
+
+def given_colour(blender):
+    """A group that puts a colour it is given in a shader's place."""
+
+    def build(nodes, link):
+        tree = blender.data.node_groups.new("Shown", "ShaderNodeTree")
+        tree.interface.new_socket("Tint", in_out="INPUT", socket_type="NodeSocketColor")
+        tree.interface.new_socket("Shader", in_out="OUTPUT", socket_type="NodeSocketShader")
+        entry, output = tree.nodes.new("NodeGroupInput"), tree.nodes.new("NodeGroupOutput")
+        tree.links.new(entry.outputs["Tint"], output.inputs[0])
+        node = nodes.new("ShaderNodeGroup")
+        node.node_tree = tree
+        node.inputs["Tint"].default_value = (0.2, 0.4, 0.8, 1.0)
+        return node.outputs[0]
+
+    return build
+
+
+COLOURS = {
+    "alone": (lambda blender: plain_colour, (0.2, 0.4, 0.8), (0, 0, 0)),
+    "of a group": (given_colour, (0.2, 0.4, 0.8), (0, 0, 0)),
+    "mixed": (lambda blender: lambda n, k: mix(n, k, bsdf(n, RED), plain_colour(n, k)), (0.6, 0.2, 0.4), (0.5, 0, 0)),
+    "mixed in a group": (
+        lambda blender: lambda n, k: mix(n, k, bsdf(n, RED), given_colour(blender)(n, k)),
+        (0.6, 0.2, 0.4),
+        (0.5, 0, 0),
+    ),
+}
+
+
+@pytest.mark.parametrize("case", COLOURS)
+def test_a_colour_in_a_shaders_place_is_light(blender, both, part, case):
+    """It shines as Blender shows it, reflects nothing, and is said to light nothing around it."""
+    build, colour, albedo = COLOURS[case]
+    material = material_of(blender, build(blender))
+    assert part("material_reading").read_material(material, "EEVEE").emits
+    shown, bounced = both(material)
+    np.testing.assert_allclose(shown, colour, atol=5e-3)
+    np.testing.assert_allclose(bounced, albedo, atol=5e-3)
+
+
+def test_a_colour_beside_transparency_lets_its_share_through(blender, part):
+    """Black does not shine."""
+
+    def cut_out(colour):
+        return lambda n, k: mix(n, k, bsdf(n, (1, 1, 1, 1), "Transparent"), plain_colour(n, k, colour), 0.25)
+
+    reading = part("material_reading").read_material(material_of(blender, cut_out((0.2, 0.4, 0.8, 1.0))), "CYCLES")
+    assert reading.colour is None and not reading.why_not and reading.emits
+    assert reading.through.rgb == pytest.approx((0.75,) * 3)
+    black = material_of(blender, grouped(blender, lambda n, k: mix(n, k, bsdf(n, RED), bsdf(n, BLUE))))
+    assert not part("material_reading").read_material(black, "CYCLES").emits
+
+
+def toon(nodes, link, through="ShaderNodeValToRGB"):
+    """A Diffuse BSDF in EEVEE's own light, as a colour of three steps."""
+    light, steps = nodes.new("ShaderNodeShaderToRGB"), nodes.new("ShaderNodeValToRGB")
+    link(bsdf(nodes, (0.8, 0.8, 0.8, 1.0)), light.inputs[0])
+    link(light.outputs[0], steps.inputs[0])
+    steps.color_ramp.interpolation = "CONSTANT"
+    steps.color_ramp.elements[0].color = (0.1, 0.2, 0.5, 1.0)
+    steps.color_ramp.elements[1].position, steps.color_ramp.elements[1].color = 0.4, (0.9, 0.8, 0.3, 1.0)
+    if through == "ShaderNodeValToRGB":
+        return steps.outputs[0]
+    emission = nodes.new(through)
+    link(steps.outputs[0], emission.inputs[0])
+    return emission.outputs[0]
+
+
+@pytest.mark.parametrize("build", [toon, lambda n, k: toon(n, k, "ShaderNodeEmission")], ids=["colour", "emission"])
+def test_the_toon_look_stays(blender, part, scene, stage, tmp_path, build):
+    """As EEVEE shows it, pixel by pixel; no light bounces off it, as Cycles has it black; and one sentence says so."""
+    material = material_of(blender, build)
+    ball = stage.object_of("Ball", stage.icosphere(3), material)
+    stage.environment(stage.picture("Six", stage.six_coloured_sky(64)), 0.05)
+    lamp = blender.data.objects.new("Sun", blender.data.lights.new("Sun", "SUN"))
+    lamp.data.energy, lamp.rotation_euler = 3.0, (0.8, 0.0, 0.0)
+    scene.collection.objects.link(lamp)
+    stage.top_camera(2.5, 24)
+    before = stage.render(tmp_path / "before.exr")
+    assert len(np.unique(before[before[..., 3] > 0.99][:, 0].round(2))) == 2, "two steps are in sight"
+    assert blender.ops.prt.bake(mode="INTERREFLECTED", samples=4) == {"FINISHED"}
+    np.testing.assert_array_equal(stage.render(tmp_path / "after.exr"), before)
+    [notice] = part("shading").add_shading([ball])
+    assert "makes colours of EEVEE's own light (Shader to RGB)" in notice.sentence
+    settings = part("problem").BakeSettings("INTERREFLECTED")
+    albedo = part("read").read_bake(blender.context, [ball], settings).scene.occluders.albedo
+    assert not albedo.at(np.array([0]), *np.full((2, 1), 1 / 3, dtype=np.float32)).any()
+
+
+def test_the_toon_look_beside_a_relit_surface(blender, part, scene, stage):
+    """What is mixed with it is relit; said once, and not as what emits."""
+    material = material_of(blender, lambda n, k: mix(n, k, bsdf(n, RED), toon(n, k)))
+    [notice] = part("shading").add_shading([stage.object_of("Ball", stage.icosphere(1), material)])
+    assert "Shader to RGB" in notice.sentence
+    assert "PRT Diffuse" in blender.data.node_groups

@@ -116,6 +116,24 @@ def test_what_lets_light_through_agrees_with_cycles(blender, over_a_floor, compa
     assert abs(ratio - 1.0) < 0.05
 
 
+@pytest.mark.parametrize("fresnel", ["F82", "PHYSICAL_CONDUCTOR"])
+def test_metallic_bsdf_agrees_with_cycles(blender, stage, over_a_floor, compared, fresnel):
+    """By a colour, and by indices of refraction, as copper has them."""
+    material = stage.diffuse("Copper")
+    tree = material.node_tree
+    shader = tree.nodes.new("ShaderNodeBsdfMetallic")
+    shader.inputs["Roughness"].default_value, shader.inputs["Base Color"].default_value = 0.6, GOLD
+    shader.fresnel_type = fresnel
+    if fresnel == "PHYSICAL_CONDUCTOR":
+        for name, value in {"IOR": (0.27, 0.68, 1.32), "Extinction": (3.61, 2.6, 2.29)}.items():
+            shader.inputs[name].default_value = value
+    tree.links.new(shader.outputs[0], tree.nodes["Material Output"].inputs["Surface"])
+    over_a_floor(material)
+    error, ratio = compared()
+    assert error < 0.08
+    assert abs(ratio - 1.0) < 0.05
+
+
 @pytest.mark.parametrize(("kind", "energy"), [("SUN", 2.0), ("POINT", 300.0), ("AREA", 300.0)])
 def test_lamps_light_relit_surfaces(blender, over_a_floor, compared, kind, energy):
     """With shadows, and no light of the sky twice."""
