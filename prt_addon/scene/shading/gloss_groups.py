@@ -9,10 +9,7 @@ from __future__ import annotations
 import bpy
 
 from ..blender.nodes import Graph
-from .helper_groups import Sockets, part_group
-
-_LIGHT = {"Shading": "Color", "Lamps": "Color", "Sky Seen": "Float"}
-_SLOPE, _START = (-1.0, -0.0275, -0.572, 0.022), (1.0, 0.0425, 1.04, -0.04)
+from .helper_groups import LIGHT_GIVEN, Sockets, part_group, split_sum
 
 
 def specular_group() -> bpy.types.NodeTree:
@@ -21,14 +18,14 @@ def specular_group() -> bpy.types.NodeTree:
     EEVEE adds the two colours up: the diffuse one is not weakened by the specular one.
     """
     colours = ("Base Color", "Specular", "Emissive Color")
-    inputs = {**dict.fromkeys(colours, "Color"), "Roughness": "Float", "Transparency": "Float", **_LIGHT}
+    inputs = {**dict.fromkeys(colours, "Color"), "Roughness": "Float", "Transparency": "Float", **LIGHT_GIVEN}
     left = {"Base Color": "Color", "Emissive Color": "Color"}
     return part_group("PRT Specular", inputs, {"Diffuse": "Shader", **left}, _specular)
 
 
 def conductor_group() -> bpy.types.NodeTree:
     """What a metal of some index of refraction mirrors of the scene."""
-    inputs = {"IOR": "Vector", "Extinction": "Vector", **_LIGHT}
+    inputs = {"IOR": "Vector", "Extinction": "Vector", **LIGHT_GIVEN}
     return part_group("PRT Conductor", inputs, {"Diffuse": "Shader"}, _conductor)
 
 
@@ -50,7 +47,7 @@ def _specular(graph: Graph, given: Sockets) -> Sockets:
     """Gloss as in `helper_groups`: what is not sky sends as much light as arrives at the surface on average."""
     hidden = graph.math("SUBTRACT", 1.0, given["Sky Seen"])
     opaque = graph.math("SUBTRACT", 1.0, given["Transparency"])
-    scale, bias = _split_sum(graph, given["Roughness"])
+    scale, bias = split_sum(graph, given["Roughness"])
     graph.column()
     gloss = graph.vector("MULTIPLY_ADD", given["Specular"], scale, bias)
     both = graph.vector("MULTIPLY_ADD", gloss, hidden, given["Base Color"])
@@ -64,13 +61,3 @@ def _specular(graph: Graph, given: Sockets) -> Sockets:
         graph.feed(entry, shader.outputs[0])
     black = graph.vector("MULTIPLY", given["Base Color"], (0.0, 0.0, 0.0))
     return {"Diffuse": sum_.outputs[0], "Base Color": black, "Emissive Color": black}
-
-
-def _split_sum(graph: Graph, roughness: bpy.types.NodeSocket) -> list[bpy.types.NodeSocket]:
-    """What of the gloss goes with the colour seen straight on, and what is white: the fit of Karis 2014 to the split sum of GGX."""
-    geometry = graph.add("ShaderNodeNewGeometry").outputs
-    cosine = graph.math("ABSOLUTE", graph.vector("DOT_PRODUCT", geometry["Normal"], geometry["Incoming"]))
-    x, y, z, w = (graph.math("MULTIPLY_ADD", roughness, *pair) for pair in zip(_SLOPE, _START, strict=True))
-    falling = graph.math("POWER", 2.0, graph.math("MULTIPLY", cosine, -9.28))
-    grazing = graph.math("MULTIPLY_ADD", graph.math("MINIMUM", graph.math("MULTIPLY", x, x), falling), x, y)
-    return [graph.math("MULTIPLY_ADD", grazing, *pair) for pair in ((-1.04, z), (1.04, w))]

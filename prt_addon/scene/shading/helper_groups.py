@@ -27,7 +27,8 @@ _CURRENT = 6
 
 Sockets = dict[str, bpy.types.NodeSocket]
 Kinds = dict[str, str]
-_LIGHT = {"Shading": "Color", "Lamps": "Color", "Sky Seen": "Float"}
+LIGHT_GIVEN = {"Shading": "Color", "Lamps": "Color", "Sky Seen": "Float"}
+"""What all groups that relight a shader are given."""
 
 
 def lamps_group() -> bpy.types.NodeTree:
@@ -53,7 +54,7 @@ def detail_group() -> bpy.types.NodeTree:
 
 def diffuse_group() -> bpy.types.NodeTree:
     """What reflects all light alike in all directions."""
-    return part_group("PRT Diffuse", {"Color": "Color", **_LIGHT}, {"Diffuse": "Shader"}, _diffuse)
+    return part_group("PRT Diffuse", {"Color": "Color", **LIGHT_GIVEN}, {"Diffuse": "Shader"}, _diffuse)
 
 
 def glossy_group(colour: str = "Color") -> bpy.types.NodeTree:
@@ -63,13 +64,13 @@ def glossy_group(colour: str = "Color") -> bpy.types.NodeTree:
         colour: how the BSDF calls its own.
     """
     results = {"Diffuse": "Shader", colour: "Color"}
-    return part_group(f"PRT Glossy {colour}", {colour: "Color", **_LIGHT}, results, _glossy)
+    return part_group(f"PRT Glossy {colour}", {colour: "Color", **LIGHT_GIVEN}, results, _glossy)
 
 
 def principled_group() -> bpy.types.NodeTree:
     """The diffuse part of a Principled BSDF with what its gloss mirrors of the scene, and what the rest is fed with."""
     numbers = ("Metallic", "Roughness", "IOR", "Alpha", "Specular IOR Level", "Transmission Weight", "Coat Weight")
-    inputs = {"Base Color": "Color", **dict.fromkeys(numbers, "Float"), **_LIGHT}
+    inputs = {"Base Color": "Color", **dict.fromkeys(numbers, "Float"), **LIGHT_GIVEN}
     results = {"Diffuse": "Shader", "Base Color": "Color", "Specular IOR Level": "Float", "Coat Weight": "Float"}
     return part_group("PRT Principled", inputs, results, _principled)
 
@@ -263,26 +264,29 @@ def _emission(graph: Graph, colour: bpy.types.NodeSocket, strength: object = 1.0
     return emission.outputs[0]
 
 
-_KARIS_SLOPE, _KARIS_START = (-1.0, -0.0275, -0.572, 0.022), (1.0, 0.0425, 1.04, -0.04)
-
-
 def _specular_albedo(graph: Graph, given: Sockets) -> bpy.types.NodeSocket:
-    """How much of the light a dielectric's gloss reflects in all, E, as seen from the camera.
-
-    The fit of Karis 2014, "Physically Based Shading on Mobile", to the split sum of GGX.
-    """
+    """How much of the light a dielectric's gloss reflects in all, E, as seen from the camera."""
     ior = given["IOR"]
     ratio = graph.math("DIVIDE", graph.math("SUBTRACT", ior, 1.0), graph.math("ADD", ior, 1.0))
     level = graph.math("MULTIPLY", given["Specular IOR Level"], 2.0)
     straight = graph.math("MULTIPLY", graph.math("MULTIPLY", ratio, ratio), level)
+    scale, bias = split_sum(graph, given["Roughness"])
+    some = graph.math("MINIMUM", graph.math("MULTIPLY", straight, 50.0), 1.0)  # none: not at grazing angles, either
+    return graph.math("MULTIPLY_ADD", straight, scale, graph.math("MULTIPLY", bias, some))
+
+
+_KARIS_SLOPE, _KARIS_START = (-1.0, -0.0275, -0.572, 0.022), (1.0, 0.0425, 1.04, -0.04)
+
+
+def split_sum(graph: Graph, roughness: bpy.types.NodeSocket) -> list[bpy.types.NodeSocket]:
+    """What of the gloss that the camera sees goes with the colour seen straight on, and what is white.
+
+    The fit of Karis 2014, "Physically Based Shading on Mobile", to the split sum of GGX.
+    """
     geometry = graph.add("ShaderNodeNewGeometry").outputs
     cosine = graph.math("ABSOLUTE", graph.vector("DOT_PRODUCT", geometry["Normal"], geometry["Incoming"]))
     graph.column()
-    x, y, z, w = (
-        graph.math("MULTIPLY_ADD", given["Roughness"], *pair) for pair in zip(_KARIS_SLOPE, _KARIS_START, strict=True)
-    )
+    x, y, z, w = (graph.math("MULTIPLY_ADD", roughness, *pair) for pair in zip(_KARIS_SLOPE, _KARIS_START, strict=True))
     falling = graph.math("POWER", 2.0, graph.math("MULTIPLY", cosine, -9.28))
     grazing = graph.math("MULTIPLY_ADD", graph.math("MINIMUM", graph.math("MULTIPLY", x, x), falling), x, y)
-    scale, bias = graph.math("MULTIPLY_ADD", grazing, -1.04, z), graph.math("MULTIPLY_ADD", grazing, 1.04, w)
-    some = graph.math("MINIMUM", graph.math("MULTIPLY", straight, 50.0), 1.0)  # none: not at grazing angles, either
-    return graph.math("MULTIPLY_ADD", straight, scale, graph.math("MULTIPLY", bias, some))
+    return [graph.math("MULTIPLY_ADD", grazing, *pair) for pair in ((-1.04, z), (1.04, w))]
