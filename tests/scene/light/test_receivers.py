@@ -127,6 +127,24 @@ def test_instances_of_what_is_not_baked(blender, stage, sunny, tmp_path):
     assert not any(node.name.startswith("PRT") for one in blender.data.materials for node in one.node_tree.nodes)
 
 
+def test_shading_without_a_bake(blender, stage, sunny, tmp_path):
+    """*Add Shading* has the lamps light what is not baked, with shadows, as Cycles' sky does: under a roof and beside it."""
+    roof = stage.object_of("Roof", stage.grid(4, 0.4), stage.diffuse("Roof", WHITE), (-1.2, 1.2, 1.0))
+    floor = stage.object_of("Floor", stage.grid(20, 1.2), stage.diffuse("Floor", WHITE), (-1.2, 1.2, 0.0))
+    select(blender, sunny)
+    bake(blender)
+    for ob in (roof, floor):
+        select(blender, ob)
+        assert blender.ops.prt.add_shading() == {"FINISHED"}
+    assert {roof, floor, sunny} <= receivers(blender)
+    truth, shown = (stage.render(tmp_path / f"{engine}.exr", engine, 128) for engine in ("CYCLES", "EEVEE"))
+    shadow = np.array((-1.2, 1.2)) - 1.0 * stage.SUN[:2] / stage.SUN[2]
+    for place in ((-1.2, 1.2), shadow, (-0.4, 2.0)):
+        near = at(truth, stage, *place, 0.1)
+        np.testing.assert_allclose(at(shown, stage, *place, 0.1), near, atol=0.12 * near.max())
+    assert at(shown, stage, *shadow, 0.1)[0] < 0.6 * at(shown, stage, -1.2, 1.2, 0.1)[0]
+
+
 def test_a_material_without_room_for_transport(blender, stage, sunny, tmp_path):
     """It does not show the bake, but the sun once: with its shadows."""
     crowded = stage.diffuse("Crowded", WHITE)
