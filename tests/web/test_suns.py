@@ -57,6 +57,28 @@ def test_pixels_are_eevees(blender, part, stage, sunny, page, browser, tmp_path)
     assert relative_rms(turned[seen], other[seen]) < 0.03 and relative_rms(other[seen], wanted[seen]) > 0.1
 
 
+def test_the_shadows_of_a_window_are_as_soft_as_eevees(blender, stage, sunny, browser, tmp_path):
+    """A wide spot of the sky, of fourteen degrees to all sides."""
+    sky = np.full((128, 256, 3), 0.2, dtype=np.float32)
+    elevation, azimuth = (
+        np.pi * ((np.arange(128) + 0.5) / 128 - 0.5)[:, None],
+        np.pi * (1.0 - (np.arange(256) + 0.5) / 128),
+    )
+    flat = np.cos(elevation)
+    towards = np.stack(np.broadcast_arrays(flat * np.cos(azimuth), flat * np.sin(azimuth), np.sin(elevation)), axis=-1)
+    sky[towards @ stage.SUN > np.cos(np.radians(14.0))] = 6.0
+    stage.environment(stage.picture("Window", sky))
+    blender.ops.prt.project_light(lamps="AUTO")
+    [lamp] = [ob for ob in sunny.objects if ob.type == "LIGHT"]
+    assert np.degrees(lamp.data.angle) == pytest.approx(28.0, rel=0.05)
+    path = tmp_path / "window.html"
+    blender.ops.prt.export_web_page(filepath=str(path), still=False)
+    [shown] = browser.open(path, [FRAME], WIDTH, HEIGHT)
+    shown, wanted = shown.reshape(HEIGHT, WIDTH, 4), eevee(stage, sunny, tmp_path / "eevee.exr", samples=32)
+    seen = (wanted[..., 3] > 0.999) & (shown[..., 3] > 0.999)
+    assert seen.mean() > 0.3 and relative_rms(shown[seen], wanted[seen]) < 0.04
+
+
 def test_the_page_names_suns_and_what_is_theirs(blender, part, stage, sunny, page, tmp_path):
     """Of the scene's own sky and of others, if lamps are wanted; then all that is baked carries its direct part."""
     assert ReadPage(page).description["suns"] == {"most": 4, "enough": 0.03}
