@@ -16,6 +16,7 @@ arrives where a normal is bent along an axis of the world (Detail). Base Color, 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Literal
 
 import bpy
@@ -142,56 +143,87 @@ def _built(sides: Sides) -> bpy.types.NodeTree:
     return tree
 
 
+@dataclass(frozen=True)
+class _Sky:
+    """The light of the sky, in the axes of the transport.
+
+    light: nine coefficients of all of it.
+    lamps: of what lamps show, before their colour.
+    less_colour: that colour, negative; 0 where the light of lamps is not added.
+    """
+
+    light: list[bpy.types.NodeSocket]
+    lamps: list[bpy.types.NodeSocket]
+    less_colour: bpy.types.NodeSocket
+
+    def soft(self, graph: Graph) -> list[bpy.types.NodeSocket]:
+        """The light without lamps."""
+        pairs = zip(self.lamps, self.light, strict=True)
+        return [graph.vector("MULTIPLY_ADD", self.less_colour, *pair) for pair in pairs]
+
+
 def _build(tree: bpy.types.NodeTree, sides: Sides) -> None:
     _add_sockets(tree)
     graph = Graph(tree)
     entries = graph.add("NodeGroupInput").outputs
     layers = [graph.attribute(name, "GEOMETRY") for name in (LAYERS if sides != "NONE" else ())]
-    light_nodes, turn_nodes = ([graph.attribute(name, "VIEW_LAYER") for name in names] for names in (LIGHT, TURN))
-    strength_node = graph.attribute(STRENGTH, "VIEW_LAYER")
-    strength = strength_node.outputs["Fac"]
+    turn, strength = [graph.attribute(name, "VIEW_LAYER") for name in TURN], graph.attribute(STRENGTH, "VIEW_LAYER")
     graph.column()
     baked, own_axes, older = _marks(graph, layers) if layers else [graph.add("ShaderNodeValue").outputs[0]] * 3
     graph.column()
-    axes, object_axes = axes_of_transport(graph, [node.outputs["Vector"] for node in turn_nodes], own_axes)
+    axes, object_axes = axes_of_transport(graph, [node.outputs["Vector"] for node in turn], own_axes)
     graph.column()
-    light = turned_light(graph, [node.outputs["Vector"] for node in light_nodes], axes)
-    lamps = turned_light(graph, [node.outputs["Alpha"] for node in light_nodes], axes)
-    colour = graph.vector("MULTIPLY", less_colour(graph, turn_nodes), entries["Lamps"])
-    soft = [graph.vector("MULTIPLY_ADD", colour, *pair) for pair in zip(lamps, light, strict=True)]
+    sky = _turned_sky(graph, turn, axes, entries["Lamps"])
+    soft = sky.soft(graph)
     graph.column()
-    radiance, seen = unshadowed(graph, soft), _traced(graph)
     open_sky = graph.math("MAXIMUM", graph.math("SUBTRACT", 1.0, baked), older)  # or how open it is is not known
-    share = open_sky
+    radiance, seen, share = unshadowed(graph, soft), open_sky, open_sky
     if layers:
         transport, direct = [layer.outputs["Vector"] for layer in layers], _direct(graph, layers, own_axes)
         if sides == "BOTH":
             transport, direct = of_this_side(graph, transport, direct)
-        of_lamps = graph.mixed(older, received(graph, direct, lamps), received(graph, transport, lamps))
-        reflected = graph.vector("MULTIPLY_ADD", of_lamps, colour, received(graph, transport, light))
-        radiance = graph.mixed(baked, radiance, reflected)
+        radiance = graph.mixed(baked, radiance, _reflected(graph, sky, transport, direct, older))
         seen = graph.math("MAXIMUM", seen, sky_seen(graph, direct, own_axes, object_axes))
-        share = graph.math("MAXIMUM", graph.math("MULTIPLY", direct[0], 1.0 / Y_0), open_sky)
+        share = graph.math("MAXIMUM", share, graph.math("MULTIPLY", direct[0], 1.0 / Y_0))
     graph.column()
-    shown = graph.vector("MULTIPLY", without_negatives(graph, radiance), strength)
-    has_lamps = graph.math(
-        "ABSOLUTE", graph.math("MULTIPLY", strength_node.outputs["Alpha"], graph.vector("LENGTH", colour))
-    )
-    relit = graph.math("MAXIMUM", baked, graph.math("GREATER_THAN", has_lamps, 0.0))
-    share = graph.math("MULTIPLY", share, strength)
+    shown = graph.vector("MULTIPLY", without_negatives(graph, radiance), strength.outputs["Fac"])
+    share = graph.math("MULTIPLY", share, strength.outputs["Fac"])
+    relit = graph.math("MAXIMUM", baked, _lamps_are_added(graph, sky, strength))
     details = detail(graph, soft[1:], share, own_axes, object_axes)
     graph.column()
-    results = {
-        "Surface": _matte(graph, entries, shown, relit),
-        "Shading": shown,
-        "Relit": relit,
-        "Sky Seen": graph.math("MAXIMUM", seen, open_sky),
-        **dict(zip(DETAIL, details, strict=True)),
-    }
+    surface, seen = _matte(graph, entries, shown, relit), graph.math("MAXIMUM", seen, _traced(graph))
     graph.column()
-    group_output = graph.add("NodeGroupOutput")
-    for name, socket in results.items():
-        graph.feed(group_output.inputs[name], socket)
+    end = graph.add("NodeGroupOutput")
+    results = {"Surface": surface, "Shading": shown, "Relit": relit, "Sky Seen": seen}
+    for name, socket in (*results.items(), *zip(DETAIL, details, strict=True)):
+        graph.feed(end.inputs[name], socket)
+
+
+def _turned_sky(
+    graph: Graph, turn: list[bpy.types.Node], axes: list[bpy.types.NodeSocket], lamps: bpy.types.NodeSocket
+) -> _Sky:
+    light = [graph.attribute(name, "VIEW_LAYER").outputs for name in LIGHT]
+    graph.column()
+    every, of_lamps = (turned_light(graph, [outputs[name] for outputs in light], axes) for name in ("Vector", "Alpha"))
+    return _Sky(every, of_lamps, graph.vector("MULTIPLY", less_colour(graph, turn), lamps))
+
+
+def _reflected(
+    graph: Graph,
+    sky: _Sky,
+    transport: list[bpy.types.NodeSocket],
+    direct: list[bpy.types.NodeSocket],
+    older: bpy.types.NodeSocket,
+) -> bpy.types.NodeSocket:
+    """What a white surface sends out. Bakes of version 1 do not know what of it came straight from the lamps: all is taken out."""
+    of_lamps = graph.mixed(older, received(graph, direct, sky.lamps), received(graph, transport, sky.lamps))
+    return graph.vector("MULTIPLY_ADD", of_lamps, sky.less_colour, received(graph, transport, sky.light))
+
+
+def _lamps_are_added(graph: Graph, sky: _Sky, strength: bpy.types.Node) -> bpy.types.NodeSocket:
+    """Whether the sky has lamps whose light is added. Where there is no light at all, what is read of the turn is no colour."""
+    size = graph.math("MULTIPLY", strength.outputs["Alpha"], graph.vector("LENGTH", sky.less_colour))
+    return graph.math("GREATER_THAN", graph.math("ABSOLUTE", size), 0.0)
 
 
 def _add_sockets(tree: bpy.types.NodeTree) -> None:

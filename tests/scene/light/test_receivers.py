@@ -139,10 +139,10 @@ def test_shading_without_a_bake(blender, stage, sunny, tmp_path):
     assert {roof, floor, sunny} <= receivers(blender)
     truth, shown = (stage.render(tmp_path / f"{engine}.exr", engine, 128) for engine in ("CYCLES", "EEVEE"))
     shadow = np.array((-1.2, 1.2)) - 1.0 * stage.SUN[:2] / stage.SUN[2]
-    for place in ((-1.2, 1.2), shadow, (-0.4, 2.0)):
-        near = at(truth, stage, *place, 0.1)
-        np.testing.assert_allclose(at(shown, stage, *place, 0.1), near, atol=0.12 * near.max())
-    assert at(shown, stage, *shadow, 0.1)[0] < 0.6 * at(shown, stage, -1.2, 1.2, 0.1)[0]
+    for x, y in ((-1.2, 1.2), shadow, (-0.4, 2.0)):
+        wanted = at(truth, stage, x, y, 0.1)
+        np.testing.assert_allclose(at(shown, stage, x, y, 0.1), wanted, atol=0.12 * wanted.max())
+    assert at(shown, stage, shadow[0], shadow[1], 0.1)[0] < 0.6 * at(shown, stage, -1.2, 1.2, 0.1)[0]
 
 
 def test_a_material_without_room_for_transport(blender, stage, sunny, tmp_path):
