@@ -269,7 +269,10 @@ def state_of_lamps(lamps):
 
     def settings(block):
         kinds = {"BOOLEAN", "INT", "FLOAT", "STRING", "ENUM"}
-        values = {p.identifier: getattr(block, p.identifier) for p in block.bl_rna.properties if p.type in kinds}
+        names = {p.identifier for p in block.bl_rna.properties if p.type in kinds} - {
+            "use_nodes"
+        }  # deprecated since 5.0
+        values = {name: getattr(block, name) for name in names}
         return {name: tuple(one) if hasattr(one, "__len__") and name != "name" else one for name, one in values.items()}
 
     def linking(ob):
