@@ -84,7 +84,10 @@ def instanced(blender, stage, patch):
     return empty
 
 
-@pytest.mark.parametrize("made", [duplicated, copied, appended, joined, instanced])
+@pytest.mark.parametrize(
+    "made",
+    [duplicated, appended, instanced, *(pytest.param(each, marks=pytest.mark.slow) for each in (copied, joined))],
+)
 def test_what_comes_later_gets_the_sun_once(blender, stage, sunny, tmp_path, made):
     sunny.prt.space = "OBJECT"
     bake(blender)

@@ -63,7 +63,7 @@ DAMAGE = {
 
 
 @pytest.mark.parametrize("damage", DAMAGE)
-@pytest.mark.parametrize("name", [PARTS[0], PARTS[3]])
+@pytest.mark.parametrize("name", [PARTS[0], pytest.param(PARTS[3], marks=pytest.mark.slow)])
 def test_damaged_groups_are_built_anew(blender, part, stage, relit, name, damage):
     """Wherever they are used: in the material, or inside of "PRT Relight"."""
     groups, nodes = all_groups(blender, stage), [stage.node_snapshot(tree_of(ob)) for ob in relit]

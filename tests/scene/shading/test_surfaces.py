@@ -101,7 +101,9 @@ LET_THROUGH: dict[str, tuple[dict[str, Any], float]] = {
 }
 
 
-@pytest.mark.parametrize("surface", LET_THROUGH)
+@pytest.mark.parametrize(
+    "surface", [each if each == "alpha" else pytest.param(each, marks=pytest.mark.slow) for each in LET_THROUGH]
+)
 def test_what_lets_light_through_agrees_with_cycles(blender, over_a_floor, compared, surface):
     """Alpha; glass, whose EEVEE refracts the sky and no floor, and which is the farthest; and what the bake takes for matte: skin, cloth.
 
@@ -311,7 +313,7 @@ BENT = {
 
 
 @pytest.mark.parametrize("what", BENT)
-@pytest.mark.parametrize("kind", ["NormalMap", "Bump"])
+@pytest.mark.parametrize("kind", ["NormalMap", pytest.param("Bump", marks=pytest.mark.slow)])
 def test_normal_maps_and_bumps_bend(blender, sheet, colour_of_sheet, kind, what):
     """They change what EEVEE shows as Cycles' picture changes where the sheet itself is turned, which knows no map and no bump."""
     inputs, energy, most = BENT[what]
