@@ -43,6 +43,7 @@ def drawn(blender, panels):
         real = blender.context
         context = SimpleNamespace(
             scene=real.scene,
+            view_layer=real.view_layer,
             active_object=real.view_layer.objects.active,
             object=real.view_layer.objects.active,
             world=real.scene.world,
