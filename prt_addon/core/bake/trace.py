@@ -13,7 +13,7 @@ import numpy.typing as npt
 from ..arrays import Float32
 from ..errors import MeshError
 from ..monitor import Work
-from ..notices import Kind, Notice
+from ..notices import Notice
 from ..problem import BakeSettings, Island, ReceiverGroup
 from ..sphere import sh
 from ..transport.cover import Faces, Fit, Samples, sample_covered
@@ -22,33 +22,12 @@ from ..transport.hits import HitStore, PackedHits, trace
 from ..transport.inside import Fill, Mend, Surroundings, find_buried, is_dark
 from ..transport.raycast import RayScene
 from ..workers import uncounted
+from .findings import Findings
 from .run import DEFAULT_RUN, Run
 from .shards import Piece, cut
 
 RAYS_IN_A_PIECE = 1 << 24
 """At most 128 MiB of hits."""
-
-_TOO_DARK = 0.75  # share of an object's receivers that is worth a word
-_TOO_BLIND = 0.02  # skipped start of rays, as a share of their object's radius, that is worth a word
-
-
-_FILLED = Kind(
-    "{share} of the receivers of {name} lie inside other geometry, and take the light of open parts around them.",
-    "{count} objects have receivers inside other geometry, which take the light of open parts around them: {names}.",
-    "INFO",
-)
-_BLACK = Kind(
-    "No light reaches {part}{name}: unless it is a closed room, its faces point inwards (Mesh > Normals > Recalculate Outside) "
-    "or it lies inside other geometry.",
-    "No light reaches {count} objects, or most of them: unless they are closed rooms, their faces point inwards (Mesh > Normals > "
-    "Recalculate Outside) or they lie inside other geometry: {names}.",
-)
-_TINY = Kind(
-    "{name} is tiny, and far from the finest part of the scene: shadows from closer than {blind} are lost on it; move what is "
-    "fine closer together, or hide the one from renders while the other is baked.",
-    "{count} objects are tiny, and far from the finest part of the scene, and lose shadows from close by: {names}; move what "
-    "is fine closer together, or hide the one from renders while the other is baked.",
-)
 
 
 @dataclass(frozen=True)
@@ -97,7 +76,7 @@ def trace_island(island: Island, settings: BakeSettings, run: Run = DEFAULT_RUN)
     mend = Mend(Fit(samples, len(receivers)), Fill(buried & ~samples.covered, edges))
     mend(direct)
     mended = buried | samples.covered
-    findings = list(_findings(island.groups, surroundings.scene, direct, mended))
+    findings = list(Findings(island, caster.receivers, surroundings, settings.seed, run.workers).of(direct, mended))
     return Traced([len(group) for group in island.groups], direct, hits, mend, mended, findings)
 
 
@@ -180,30 +159,3 @@ def _faces(groups: Sequence[ReceiverGroup]) -> Faces:
         if group.faces is not None
     ]
     return Faces(np.concatenate(corners), np.concatenate([np.arange(len(some)) for some in corners]))
-
-
-def _findings(
-    groups: Sequence[ReceiverGroup], scene: RayScene, direct: Float32, buried: npt.NDArray[np.bool_]
-) -> Iterator[tuple[int, Notice]]:
-    """What the user should know of (N, 9) transport and of which (N,) were filled, each with the number of its group."""
-    start = 0
-    for number, group in enumerate(groups):
-        part = slice(start, start + len(group))
-        for notice in _about(group, scene, direct[part], buried[part]):
-            yield number, notice
-        start = part.stop
-
-
-def _about(group: ReceiverGroup, scene: RayScene, direct: Float32, buried: npt.NDArray[np.bool_]) -> Iterator[Notice]:
-    """Of one group."""
-    if not len(group):
-        return
-    if buried.any():
-        share = f"{buried.mean():.0%}" if buried.mean() >= 0.01 else "Less than 1%"
-        yield Notice(_FILLED, group.name, {"share": share})
-    dark = is_dark(direct).mean()
-    if dark > _TOO_DARK:
-        yield Notice(_BLACK, group.name, {"part": "" if dark == 1.0 else f"{min(dark, 0.99):.0%} of the receivers of "})
-    blind = float(np.median(scene.skips(scene.normalised(group.points), group.radius))) * scene.radius
-    if blind > _TOO_BLIND * group.radius > 0.0:
-        yield Notice(_TINY, group.name, {"blind": f"{blind:.2g}"})

@@ -17,6 +17,7 @@ draws that black above it. A receiver counts as buried if all of this holds:
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -29,7 +30,7 @@ from ..workers import ALL_CORES, Workers
 from .cover import Fit
 from .direct import RayPattern, Receivers
 from .gather import Gather
-from .raycast import RayScene
+from .raycast import Hits, RayScene
 
 _DARK = 0.05  # share of the sky, weighed by the cosine
 _BACKS = 0.5  # share of the rays
@@ -123,6 +124,15 @@ class Surroundings:
 
     def backs(self, receivers: Receivers, seed: int, workers: Workers) -> Float64:
         """(N,) share of each receiver's rays that end on the back of a face."""
+        return self._share(lambda hits: (hits.triangle >= 0) & ~hits.front, receivers, seed, workers)
+
+    def fronts(self, but: Bools, receivers: Receivers, seed: int, workers: Workers) -> Float64:
+        """(N,) share of each receiver's rays that end on the front of a face, save those of which `but` (T,) is true."""
+        return self._share(
+            lambda hits: (hits.triangle >= 0) & hits.front & ~but[hits.triangle], receivers, seed, workers
+        )
+
+    def _share(self, counts: Callable[[Hits], Bools], receivers: Receivers, seed: int, workers: Workers) -> Float64:
         pattern = RayPattern(_PROBES, seed)
         share = np.empty(len(receivers))
 
@@ -130,7 +140,7 @@ class Surroundings:
             """Cast the rays of some receivers, and fill in their shares."""
             rays = pattern.rays(receivers[part])
             hits = self.scene.hits(rays.origins, rays.directions)
-            share[part] = ((hits.triangle >= 0) & ~hits.front).reshape(-1, _PROBES).mean(axis=1)
+            share[part] = counts(hits).reshape(-1, _PROBES).mean(axis=1)
 
         workers.run(len(receivers), pattern.chunk, work)
         return share

@@ -19,21 +19,21 @@ def has_nodes(ob: bpy.types.Object) -> bool:
 
 
 def instanced_materials(
-    depsgraph: bpy.types.Depsgraph, objects: Collection[bpy.types.Object]
+    objects: Collection[bpy.types.Object], depsgraph: bpy.types.Depsgraph | None = None
 ) -> dict[bpy.types.Object, list[bpy.types.Material]]:
     """The materials that objects show by instances.
 
     Args:
-        depsgraph: of the scene that shows them.
         objects: that may show instances.
+        depsgraph: of the scene that shows them; without one, that of the context.
 
     Returns:
         For each of them that shows any, its instances' materials, each once.
     """
     if not any(map(may_instance, objects)):
-        return {}  # a scene may show a hundred thousand instances: looked through only where there are any
+        return {}  # evaluating a scene takes long, and it may show a hundred thousand instances
     found: dict[bpy.types.Object, dict[bpy.types.Material, None]] = {}
-    for instance in depsgraph.object_instances:
+    for instance in (depsgraph or bpy.context.evaluated_depsgraph_get()).object_instances:
         if not instance.is_instance or instance.parent.original not in objects:
             continue
         shown = [slot.material for slot in instance.object.material_slots]

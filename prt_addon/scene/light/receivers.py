@@ -55,7 +55,7 @@ def follow_receivers(depsgraph: bpy.types.Depsgraph | None = None) -> None:
     collection = receivers()
     if collection is None:
         return
-    wanted = _wanted(collection, depsgraph or bpy.context.evaluated_depsgraph_get())
+    wanted = _wanted(collection, depsgraph)
     linked = {ob for ob in collection.objects if ob.type != "EMPTY" or ob.is_instancer}
     for ob in linked - wanted:
         collection.objects.unlink(ob)
@@ -63,13 +63,13 @@ def follow_receivers(depsgraph: bpy.types.Depsgraph | None = None) -> None:
         collection.objects.link(ob)
 
 
-def _wanted(collection: bpy.types.Collection, depsgraph: bpy.types.Depsgraph) -> set[bpy.types.Object]:
+def _wanted(collection: bpy.types.Collection, depsgraph: bpy.types.Depsgraph | None) -> set[bpy.types.Object]:
     """All objects of scenes that show what is relit."""
     materials = {material for material in bpy.data.materials if _is_relit(material)}
     in_scenes = {ob for scene in bpy.data.scenes for ob in scene.objects}
     relit = {ob for ob in in_scenes if ob.type == "MESH" and not is_carrier(ob) and _shows(ob, materials)}
-    here = set(depsgraph.scene.objects)
-    instancers = {ob for ob, shown in instanced_materials(depsgraph, here).items() if not materials.isdisjoint(shown)}
+    here = set((depsgraph or bpy.context).scene.objects)
+    instancers = {ob for ob, shown in instanced_materials(here, depsgraph).items() if not materials.isdisjoint(shown)}
     elsewhere = {ob for ob in collection.objects if ob in in_scenes - here and may_instance(ob)}
     return relit | instancers | elsewhere
 

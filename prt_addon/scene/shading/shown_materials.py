@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 import bpy
 
-from ..blender.instances import has_nodes, instanced_materials, may_instance
+from ..blender.instances import has_nodes, instanced_materials
 
 
 def materials_of(objects: Iterable[bpy.types.Object], instanced: bool = False) -> list[bpy.types.Material]:
@@ -25,9 +25,7 @@ def first_users(
 ) -> dict[bpy.types.Material, bpy.types.Object]:
     """Each material of the objects once, and the first of them that has it."""
     objects, found = list(objects), dict[bpy.types.Material, bpy.types.Object]()
-    of_instances = {}
-    if instanced and any(map(may_instance, objects)):  # evaluating a scene takes long, and previews come here
-        of_instances = instanced_materials(bpy.context.evaluated_depsgraph_get(), set(objects))
+    of_instances = instanced_materials(set(objects)) if instanced else {}
     for ob in objects:
         of_slots = [slot.material for slot in ob.material_slots if slot.material]
         for material in (*of_slots, *set_by_nodes(ob), *of_instances.get(ob, ())):

@@ -239,6 +239,22 @@ def test_an_object_that_is_dark_for_the_most_part_is_told():
     assert re.match(r"No light reaches [789]\d% of the receivers of 'mesh 0': ", notice.sentence)
 
 
+def test_what_stands_in_a_room_with_a_window_is_not_told(monkeypatch):
+    """Hardly any sky reaches it, but light from the walls does. The room itself is built with its faces inwards."""
+    ball, room = scaled(shapes.icosphere(3), *[0.3] * 3), flipped(shapes.icosphere(3))
+    window = (room[0], room[1][30:])
+    groups, occluders = scene_of(ball, window)
+    dark = bake(groups, occluders, SETTINGS)[0][:, 0] < 0.05 * OPEN
+    assert dark.mean() > 0.75
+    told = engine.bake(BakeProblem.of(groups, occluders, SETTINGS)).findings
+    assert [number for number, _ in told] == [1]
+    groups, occluders = scene_of(ball, flipped(window))
+    told = engine.bake(BakeProblem.of(groups, occluders, SETTINGS)).findings
+    assert [number for number, _ in told] == [0], (
+        "seen from within, faces that point outwards are the inside of a solid"
+    )
+
+
 def test_usual_bakes_cast_no_more_rays(monkeypatch):
     """Nothing dark beside light: nothing to look at. A closed room is dark all over and costs none either."""
     monkeypatch.setattr(buried_module, "RayPattern", None)
