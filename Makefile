@@ -5,6 +5,7 @@
 # make farm     a bake on a real Slurm of this machine: Debian and root only
 # make bench    how fast and how large: docs/benchmark.md; JSON and curves in build/bench
 # make gallery  the pictures of README and docs, every HDRI and mode beside Cycles: docs/gallery.md
+# make order    what nine coefficients can show of a room at best: docs/order.md
 # make web      the viewer of web pages, built anew, and the demo's scene in it: build/web
 # make course   the GAMES202 course's homework, its files in build/course and its pictures: docs/course.md
 # make lint     style, types, workflows and issue forms
@@ -28,7 +29,7 @@ KILLS ?= 100
 APP_ROOT ?= build/app/root
 PYTEST = cd tests && ../$(VENV)/bin/python -m pytest
 
-.PHONY: demo test check check-engine check-blender torture farm bench gallery course web lint docs package app clean
+.PHONY: demo test check check-engine check-blender torture farm bench gallery order course web lint docs package app clean
 
 demo: $(VENV)/.ready
 	$(VENV)/bin/python tools/demo.py $(if $(BLEND),--blend "$(BLEND)")
@@ -57,6 +58,9 @@ bench: build/.web $(VENV)/.bench
 gallery: $(VENV)/.ready
 	$(VENV)/bin/python tools/gallery.py
 	$(VENV)/bin/python tools/previews.py --output docs/pictures/previews.jpg
+
+order: $(VENV)/.ready
+	$(VENV)/bin/python tools/order_bound.py
 
 web: build/.web $(VENV)/.ready
 	cd web && npm run build --workspace @prt-relight/viewer

@@ -9,11 +9,8 @@ BAKE = {"mode": "SHADOWED", "samples": 64}
 
 
 @pytest.fixture
-def stage(scene):
-    from tests import stage
-
-    stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
-    return stage
+def stage(stage_under_sky):
+    return stage_under_sky
 
 
 @pytest.fixture

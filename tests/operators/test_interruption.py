@@ -18,11 +18,8 @@ NOT_SOON = 1 << 16  # samples
 
 
 @pytest.fixture
-def stage(scene):
-    from tests import stage
-
-    stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
-    return stage
+def stage(stage_under_sky):
+    return stage_under_sky
 
 
 def textured(stage):

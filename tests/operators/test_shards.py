@@ -12,11 +12,9 @@ OPTIONS = {"samples": 48, "bounces": 2, "seed": 4}
 
 
 @pytest.fixture
-def stage(scene):
+def stage(stage_under_sky):
     """A floor, two balls of one mesh's shape, and a cube that is baked for itself."""
-    from tests import stage
-
-    stage.environment(stage.picture("Sky", stage.six_coloured_sky(16)))
+    stage = stage_under_sky
     grey, red = stage.diffuse("Grey", (0.7, 0.7, 0.7)), stage.diffuse("Red", (0.9, 0.1, 0.1))
     stage.object_of("Floor", stage.grid(16, 2.0), grey)
     stage.object_of("Ball", stage.icosphere(3, 0.6), red, (0, 0, 0.7))

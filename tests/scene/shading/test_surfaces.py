@@ -168,7 +168,6 @@ def bent(material, shader, amount):
         tree.links.new(source, entry)
 
 
-@pytest.mark.once
 @pytest.mark.parametrize("kind", ["Diffuse", "Principled"])
 def test_normal_detail_acts_on_baked_light(blender, part, over_a_floor, compared, stage, tmp_path, kind):
     """With it EEVEE's picture is nearer to Cycles' than without. What is left is noise, and normals bent by more than a gradient says."""
@@ -313,7 +312,6 @@ BENT = {
 }
 
 
-@pytest.mark.once
 @pytest.mark.parametrize("what", BENT)
 @pytest.mark.parametrize("kind", ["NormalMap", pytest.param("Bump", marks=pytest.mark.slow)])
 def test_normal_maps_and_bumps_bend(blender, sheet, colour_of_sheet, kind, what):
