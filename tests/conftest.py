@@ -2,16 +2,12 @@
 """Enables the real extension in the real Blender once per session, and gives each test an empty file."""
 
 import importlib
-import os
 
 import pytest
 
 from tests.handles import WHERE
 
 pytest_plugins = ["failed_pictures"]
-
-# Without a GPU, Mesa's llvmpipe compiles EEVEE's shaders: LLVM optimises some for minutes, to save a second of frames as small as ours.
-os.environ.setdefault("GALLIVM_PERF", "nopt")
 
 
 @pytest.fixture(scope="session")
