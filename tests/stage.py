@@ -61,6 +61,16 @@ def cube(size=2.0):
     return from_bmesh("Cube", lambda bm: bmesh.ops.create_cube(bm, size=size), smooth=False)
 
 
+def rig():
+    """An object of one upright bone, "Bone", and the active one."""
+    ob = object_of("Rig", bpy.data.armatures.new("Rig"))
+    bpy.context.view_layer.objects.active = ob
+    bpy.ops.object.mode_set(mode="EDIT")
+    ob.data.edit_bones.new("Bone").tail = (0.0, 0.0, 1.0)
+    bpy.ops.object.mode_set(mode="OBJECT")
+    return ob
+
+
 def diffuse(name="Clay", colour=(0.8, 0.5, 0.2)):
     """A material of one Diffuse BSDF."""
     material = bpy.data.materials.new(name)

@@ -113,12 +113,7 @@ def test_values_that_nobody_has_keyed_yet_stay(blender, scene, cube, look, path)
 
 def test_poses_stay(blender, scene, stage, look):
     """The same of a bone, and of what it moves."""
-    rig = blender.data.objects.new("Rig", blender.data.armatures.new("Rig"))
-    scene.collection.objects.link(rig)
-    blender.context.view_layer.objects.active = rig
-    blender.ops.object.mode_set(mode="EDIT")
-    rig.data.edit_bones.new("Bone").tail = (0, 0, 1)
-    blender.ops.object.mode_set(mode="OBJECT")
+    rig = stage.rig()
     bone = rig.pose.bones["Bone"]
     bone.keyframe_insert("location", frame=1)
     bone.location.x = 2.0

@@ -106,18 +106,12 @@ def test_each_turned_object_shows_its_own_light(
     assert (axes == np.eye(3).tolist()) != yup
 
 
-def test_skinned_meshes_in_own_axes_are_left_out_by_name(blender, scene, ball, exported, tmp_path, capfd):
+def test_skinned_meshes_in_own_axes_are_left_out_by_name(blender, scene, stage, ball, exported, tmp_path, capfd):
     """As glTF puts them where their bones are, whatever the object's axes; the rest has its colours."""
     ball.prt.space = "OBJECT"
     scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0.1
     blender.ops.prt.bake(mode="UNSHADOWED")
-    bones = blender.data.objects.new("Bones", blender.data.armatures.new("Bones"))
-    scene.collection.objects.link(bones)
-    blender.context.view_layer.objects.active = bones
-    blender.ops.object.mode_set(mode="EDIT")
-    bones.data.edit_bones.new("Bone").tail = (0.0, 0.0, 1.0)
-    blender.ops.object.mode_set(mode="OBJECT")
-    ball.parent = bones
+    ball.parent = bones = stage.rig()
     ball.modifiers.new("Armature", "ARMATURE").object = bones
     ball.vertex_groups.new(name="Bone").add(range(len(ball.data.vertices)), 1.0, "ADD")
     scene.prt.gltf.light = True
