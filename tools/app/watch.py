@@ -37,7 +37,7 @@ def state() -> dict[str, Any]:
         "header": box(regions["HEADER"], window),
         "sidebar": box(sidebar, window) if sidebar.width > 1 else None,
         "tab": sidebar.active_panel_category if sidebar.width > 1 else None,
-        "folded": [panel.bl_label for panel in panels() if "DEFAULT_CLOSED" in getattr(panel, "bl_options", ())],
+        "folded": [panel.bl_label for panel in in_sidebar() if "DEFAULT_CLOSED" in getattr(panel, "bl_options", ())],
         "row": 20 * bpy.context.preferences.system.ui_scale,
         "progress": job.progress if job else None,
         "busy": session.timer is not None,
@@ -63,9 +63,10 @@ def keyframes() -> int:
     return int(action.frame_range[1] - action.frame_range[0] + 1) if action else 0
 
 
-def panels() -> list[type[bpy.types.Panel]]:
-    """The extension's panels."""
-    return [panel for panel in bpy.types.Panel.__subclasses__() if panel.__module__.startswith(PACKAGE)]
+def in_sidebar() -> list[type[bpy.types.Panel]]:
+    """The extension's panels there."""
+    ours = [panel for panel in bpy.types.Panel.__subclasses__() if panel.__module__.startswith(PACKAGE)]
+    return [panel for panel in ours if panel.bl_space_type == "VIEW_3D"]
 
 
 def box(region: bpy.types.Region, window: bpy.types.Window) -> tuple[int, int, int, int]:
