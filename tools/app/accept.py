@@ -32,8 +32,8 @@ def main() -> None:
         first_day(display)
         disabled_while_baking(display)
         keyframe_light(display)
-    legible("at_100_percent", 1.0, (1280, 2700))
-    legible("at_200_percent", 2.0, (1800, 5300))
+    legible("at_100_percent", 1.0, (1280, 3100))
+    legible("at_200_percent", 2.0, (1800, 6100))
     without_ray_caster()
     print("The application accepts it. Look at the pictures.")
 
