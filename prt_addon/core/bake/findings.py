@@ -5,14 +5,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from ..arrays import Bools, Float32
+from ..arrays import Bools, Float32, Ints
 from ..notices import Kind, Notice
-from ..problem import Island, ReceiverGroup
+from ..problem import Island
 from ..transport.direct import Receivers
 from ..transport.inside import Surroundings, is_dark
+from ..transport.raycast import Hits
 from ..workers import Workers
 
 _TOO_DARK = 0.75  # share of an object's receivers that is worth a word
@@ -68,16 +70,17 @@ class Findings:
         for number, group in enumerate(self.island.groups):
             part = slice(start, start + len(group))
             if len(group):
-                for notice in self._about(group, part, is_dark(direct[part]), mended[part]):
+                for notice in self._about(number, part, is_dark(direct[part]), mended[part]):
                     yield number, notice
             start = part.stop
 
-    def _about(self, group: ReceiverGroup, part: slice, dark: Bools, mended: Bools) -> Iterator[Notice]:
-        """Of one group, which is a part of the receivers."""
+    def _about(self, number: int, part: slice, dark: Bools, mended: Bools) -> Iterator[Notice]:
+        """Of the group of a number, which is a part of the receivers."""
+        group = self.island.groups[number]
         if mended.any():
             share = f"{mended.mean():.0%}" if mended.mean() >= 0.01 else "Less than 1%"
             yield Notice(_FILLED, group.name, {"share": share})
-        if dark.mean() > _TOO_DARK and not self._stands_in_a_room(part, dark):
+        if dark.mean() > _TOO_DARK and not self._stands_in_a_room(number, part, dark):
             share = "" if dark.all() else f"{min(dark.mean(), 0.99):.0%} of the receivers of "
             yield Notice(_BLACK, group.name, {"part": share})
         scene = self.surroundings.scene
@@ -85,15 +88,32 @@ class Findings:
         if blind > _TOO_BLIND * group.radius > 0.0:
             yield Notice(_TINY, group.name, {"blind": f"{blind:.2g}"})
 
-    def _stands_in_a_room(self, part: slice, dark: Bools) -> bool:
-        """Whether the dark receivers of a part see, for the most part, the fronts of other objects.
+    def _stands_in_a_room(self, number: int, part: slice, dark: Bools) -> bool:
+        """Whether the dark receivers of a group see, for the most part, the fronts of other objects.
 
         Walls, that is, from which light may come by a window. Faces that point inwards see one another, and what is buried sees backs.
         """
-        of_corners = self.island.occluders.receiver_at_corners
-        own = ((of_corners >= part.start) & (of_corners < part.stop)).any(axis=1)
-        own = own.reshape(-1, len(self.surroundings.triangles)).any(axis=0)  # by either side
-        if own.all() or not own.any():
-            return False  # there is nothing else, or whose faces they are is not known
+        if number not in self._owners or len(self._owners) == 1:
+            return False  # whose faces these are is not known, or there are no others
+        of_sides = self._owner_of_sides
+
+        def fronts_of_others(hits: Hits) -> Bools:
+            own = (of_sides[:, hits.triangle] == number).any(axis=0)
+            return (hits.triangle >= 0) & hits.front & ~own
+
         looking = self.receivers[part.start + np.flatnonzero(dark)[:: int(dark.sum()) // _LOOKED_AT + 1]]
-        return float(self.surroundings.fronts(own, looking, self.seed, self.workers).mean()) > _IN_A_ROOM
+        share = self.surroundings.share(fronts_of_others, looking, self.seed, self.workers)
+        return float(share.mean()) > _IN_A_ROOM
+
+    @cached_property
+    def _owner_of_sides(self) -> Ints:
+        """(1 or 2, T) the number of the group that each triangle's front, and back, belongs to; -1 where that is not known."""
+        receiver = self.island.occluders.receiver_at_corners.max(axis=1)
+        ends = np.cumsum([len(group) for group in self.island.groups])
+        owner = np.where(receiver >= 0, np.searchsorted(ends, receiver, side="right"), -1)
+        return owner.reshape(-1, len(self.surroundings.triangles))
+
+    @cached_property
+    def _owners(self) -> set[int]:
+        """All of them."""
+        return set(np.unique(self._owner_of_sides).tolist())

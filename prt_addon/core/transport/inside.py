@@ -124,15 +124,17 @@ class Surroundings:
 
     def backs(self, receivers: Receivers, seed: int, workers: Workers) -> Float64:
         """(N,) share of each receiver's rays that end on the back of a face."""
-        return self._share(lambda hits: (hits.triangle >= 0) & ~hits.front, receivers, seed, workers)
+        return self.share(lambda hits: (hits.triangle >= 0) & ~hits.front, receivers, seed, workers)
 
-    def fronts(self, but: Bools, receivers: Receivers, seed: int, workers: Workers) -> Float64:
-        """(N,) share of each receiver's rays that end on the front of a face, save those of which `but` (T,) is true."""
-        return self._share(
-            lambda hits: (hits.triangle >= 0) & hits.front & ~but[hits.triangle], receivers, seed, workers
-        )
+    def share(self, counts: Callable[[Hits], Bools], receivers: Receivers, seed: int, workers: Workers) -> Float64:
+        """(N,) share of each receiver's rays that count; the few rays are not monitored.
 
-    def _share(self, counts: Callable[[Hits], Bools], receivers: Receivers, seed: int, workers: Workers) -> Float64:
+        Args:
+            counts: says of hits which do.
+            receivers: N points.
+            seed: as the bake's.
+            workers: who casts the rays.
+        """
         pattern = RayPattern(_PROBES, seed)
         share = np.empty(len(receivers))
 
