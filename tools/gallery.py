@@ -102,12 +102,7 @@ def publish_scenes(work: Path, output: Path) -> list[str]:
     """Five scenes under each HDRI: a sheet of EEVEE beside Cycles for each; further lines, with a table of how far they are apart."""
     errors: dict[str, list[tuple[float, float]]] = {}
     for name, build in gallery_scenes.SCENES.items():
-        bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
-        build()
-        scene = bpy.context.scene
-        frames.set_up_render(scene)
-        scene.render.resolution_percentage = SMALL_PERCENTAGE
-        bpy.ops.prt.bake(mode="INTERREFLECTED")
+        scene = baked(build)
         pairs, errors[name] = [], []
         for hdri in tqdm(HDRIS, desc=name, file=sys.stdout):
             wanted = truth(scene, hdri, work, SMALL_TRUTH_SAMPLES)
@@ -117,6 +112,17 @@ def publish_scenes(work: Path, output: Path) -> list[str]:
             errors[name].append((of_shown, of_bare))
         contact(pairs).save(output / "pictures" / "gallery" / f"{name.lower()}.jpg", quality=85)
     return scenes_page(errors)
+
+
+def baked(build: gallery_scenes.Build) -> bpy.types.Scene:
+    """A small scene with interreflected light."""
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+    build()
+    scene = bpy.context.scene
+    frames.set_up_render(scene)
+    scene.render.resolution_percentage = SMALL_PERCENTAGE
+    bpy.ops.prt.bake(mode="INTERREFLECTED")
+    return scene
 
 
 def contact(pairs: Sequence[tuple[Image.Image, Image.Image]]) -> Image.Image:
@@ -153,8 +159,7 @@ def scenes_page(errors: dict[str, list[tuple[float, float]]]) -> list[str]:
 
 def clamps(scene: bpy.types.Scene, work: Path) -> Image.Image:
     """An orange lamp in a grey room, by Cycles; by EEVEE with each channel clamped by itself; and as we clamp."""
-    texture = next(node for node in scene.world.node_tree.nodes if node.bl_idname == "ShaderNodeTexEnvironment")
-    texture.image = orange_lamp()
+    sky_texture(scene).image = orange_lamp()
     kept = relit(scene, work, "NONE")
     group = bpy.data.node_groups["PRT Relight: Without Negatives"]
     [clamp] = [node for node in group.nodes if getattr(node, "operation", "") == "MAXIMUM" and node.type == "VECT_MATH"]
@@ -185,10 +190,14 @@ def orange_lamp() -> bpy.types.Image:
     return image
 
 
+def sky_texture(scene: bpy.types.Scene) -> bpy.types.Node:
+    """The world's Environment Texture."""
+    return next(node for node in scene.world.node_tree.nodes if node.bl_idname == "ShaderNodeTexEnvironment")
+
+
 def change_sky(scene: bpy.types.Scene, hdri: str) -> None:
     """Another picture in the world's Environment Texture."""
-    texture = next(node for node in scene.world.node_tree.nodes if node.bl_idname == "ShaderNodeTexEnvironment")
-    texture.image = bpy.data.images.load(str(headless.studio_hdri(hdri)), check_existing=True)
+    sky_texture(scene).image = bpy.data.images.load(str(headless.studio_hdri(hdri)), check_existing=True)
 
 
 def truth(scene: bpy.types.Scene, hdri: str, work: Path, samples: int = TRUTH_SAMPLES) -> Shot:

@@ -55,13 +55,8 @@ def main() -> None:
 
 def rows(work: Path) -> list[str]:
     """The table's, one for each HDRI."""
-    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
-    gallery_scenes.room()
-    scene = bpy.context.scene
-    frames.set_up_render(scene)
-    scene.render.resolution_percentage = gallery.SMALL_PERCENTAGE
+    scene = gallery.baked(gallery_scenes.room)
     scene.eevee.taa_render_samples = 16  # the shadows of wide lamps are soft
-    bpy.ops.prt.bake(mode="INTERREFLECTED")
     basis = pictures_of_basis(scene, work)
     lines = []
     for hdri in tqdm(gallery.HDRIS, desc="Skies", file=sys.stdout):
@@ -77,14 +72,12 @@ def rows(work: Path) -> list[str]:
 
 def pictures_of_basis(scene: bpy.types.Scene, work: Path) -> Picture:
     """(height, width, 3, 9) the scene by Cycles under each spherical harmonic: where it is positive, less where it is negative."""
-    texture = next(node for node in scene.world.node_tree.nodes if node.bl_idname == "ShaderNodeTexEnvironment")
-    pictures = []
+    texture, pictures = gallery.sky_texture(scene), []
+    frames.use_cycles(scene)
     for harmonic in tqdm(np.moveaxis(harmonics(), -1, 0), desc="Harmonics", file=sys.stdout):
-        both = [np.maximum(sign * harmonic, 0.0) for sign in (1.0, -1.0)]
         drawn = []
-        for part in both:
-            texture.image = panorama(part)
-            frames.use_cycles(scene)
+        for sign in (1.0, -1.0):
+            texture.image = panorama(np.maximum(sign * harmonic, 0.0))
             drawn.append(frames.render_linear(scene, work / "harmonic.exr")[..., :3].astype(np.float64))
         pictures.append(drawn[0] - drawn[1])
     return np.stack(pictures, axis=-1)
